@@ -16,8 +16,19 @@ import numpy as np
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, InvalidInput
-from nanoslip.solver.parameter import MOST_WHOLE, Numbers, Parameter, Roughness, declared, parameter, require, validate
-from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.parameter import (
+    MOST_WHOLE,
+    Numbers,
+    Parameter,
+    Roughness,
+    declared,
+    parameter,
+    parameters_of,
+    require,
+    require_known,
+    validate,
+)
+from nanoslip.solver.slab import SCHEMES, Slab, parameters_of_a_slab
 
 PinShape = Literal["parabola", "flat_punch"]
 PIN_SIZES: Final[Mapping[PinShape, str]] = {"parabola": "radius", "flat_punch": "half_width"}
@@ -361,8 +372,17 @@ class Case:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
-        """Build the case from parameters of its own and of its parts; defaults for the rest. Raises InvalidInput."""
-        parts: dict[str, Any] = {"slab": Slab.of(parameters)}
+        """Build the case from parameters of its own and of its parts; defaults for the rest.
+
+        Raises InvalidInput, for unknown names too.
+        """
+        for part in parameters.keys() & _TYPES.keys():
+            raise InvalidInput(
+                part, ABSENT, f"its parameters one by one here; Case({part}=…) takes a {_TYPES[part].__name__}"
+            )
+        require_known(parameters, parameters_of_a_case(), "a case")
+        of_the_slab = parameters.keys() & parameters_of_a_slab().keys()
+        parts: dict[str, Any] = {"slab": Slab.of({name: parameters[name] for name in of_the_slab})}
         parts |= {part: kind(**_of(kind, parameters)) for part, kind in PARTS.items()}
         return cls(**_of(cls, parameters), **parts)
 
@@ -475,7 +495,6 @@ def _of(kind: type, parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {name: parameters[name] for name in declared(kind) if name in parameters}
 
 
-def parameters_of_a_case() -> dict[str, Parameter]:
+def parameters_of_a_case() -> Mapping[str, Parameter]:
     """Every parameter of a case by name: its own, its slab's, those of all schemes, and those of its other parts."""
-    kinds = (Case, Slab, *SCHEMES.values(), *PARTS.values())
-    return {name: stated for kind in kinds for name, stated in declared(kind).items()}
+    return parameters_of(Case, Slab, *SCHEMES.values(), *PARTS.values())

@@ -13,7 +13,18 @@ from typing import Any, ClassVar, Final, Literal, Self
 
 from nanoslip.solver.case import Case, refuse_beside
 from nanoslip.solver.outcome import InvalidInput, quoted
-from nanoslip.solver.parameter import MOST_WHOLE, Family, Parameter, as_float, declared, parameter, require, validate
+from nanoslip.solver.parameter import (
+    MOST_WHOLE,
+    Family,
+    Parameter,
+    as_float,
+    declared,
+    parameter,
+    parameters_of,
+    require,
+    require_known,
+    validate,
+)
 
 ProfileShape = Literal["sawtooth", "coarse", "linear", "mean"]
 
@@ -154,7 +165,8 @@ class Drive:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
-        """Build the drive from parameters of its own and of its integrator. Raises InvalidInput."""
+        """Build the drive from parameters of its own and of its integrator. Raises InvalidInput, for unknown names too."""
+        require_known(parameters, parameters_of_a_drive(), "a drive")
         own = {name: parameters[name] for name in declared(cls) if name in parameters}
         return cls(**{**own, "integrator": INTEGRATORS.member(parameters, "exact")})
 
@@ -163,10 +175,8 @@ class Drive:
         """The drive of a pin of this mass (kg), from values in SI: N/m, m/s, s; the paper's for what is not given.
 
         duration_periods: duration in periods of the pin on its spring. stage_travel: duration by the stage's distance (m).
-        Raises InvalidInput for values out of range, TypeError for unknown names.
+        Raises InvalidInput for values out of range, and for unknown names.
         """
-        if strangers := parameters.keys() - {*parameters_of_a_drive(), PERIODS, TRAVEL}:
-            raise TypeError(f"Drive.from_si() got unexpected keyword arguments {sorted(strangers)}")
         in_si = cls.of({**si_defaults(), **in_seconds(parameters, pin_mass)})
         return in_si.scaled(scales or Scales(), pin_mass, only_length(parameters))
 
@@ -282,10 +292,9 @@ def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]
     return {**found, "duration": _in_range(key, value, duration, stated, own, f" with this {others}")}
 
 
-def parameters_of_a_drive() -> dict[str, Parameter]:
+def parameters_of_a_drive() -> Mapping[str, Parameter]:
     """Every parameter of a drive by name: its own and those of all integrators."""
-    kinds: tuple[type, ...] = (Drive, *INTEGRATORS.values())
-    return {name: stated for kind in kinds for name, stated in declared(kind).items()}
+    return parameters_of(Drive, *INTEGRATORS.values())
 
 
 def si_defaults() -> dict[str, Any]:

@@ -4,6 +4,7 @@ Checks, tables of manifests, labels of datasets and documentation follow from th
 """
 
 import dataclasses
+import difflib
 import itertools
 import math
 import sys
@@ -17,7 +18,7 @@ from typing import Any, Final, Literal, NamedTuple, Self, TypeVar, get_args, get
 import numpy as np
 from numpy.typing import DTypeLike
 
-from nanoslip.solver.outcome import InvalidInput, Need
+from nanoslip.solver.outcome import SHOWN, InvalidInput, Need
 
 # Declaration of a result's number, in the metadata of the dataclass field that holds it.
 #
@@ -298,6 +299,21 @@ def require(name: str, value: object, allowed: bool, need: Need) -> None:
     """Raise InvalidInput, with the value and what is needed, unless it is allowed."""
     if not allowed:
         raise InvalidInput(name, value, need)
+
+
+@lru_cache(maxsize=64)  # asked for each of a campaign's cases; a kind that registers later is another key
+def parameters_of(*kinds: type) -> Mapping[str, Parameter]:
+    """The parameters of several dataclasses together, by name, in their order."""
+    return MappingProxyType({name: stated for kind in kinds for name, stated in declared(kind).items()})
+
+
+def require_known(given: Mapping[str, Any], stated: Mapping[str, Parameter], owner: str) -> None:
+    """Raise InvalidInput, with the nearest name, for a key that is no parameter's name. owner: of the parameters, in words."""
+    for key in given.keys() - stated.keys():
+        spelt = {text: name for name, each in stated.items() for text in (each.symbol, each.word, name) if text}
+        near = difflib.get_close_matches(str(key)[:SHOWN], spelt, 1, cutoff=0.5)
+        meant = "".join(f"; nearest: {spelt[text]}" for text in near)
+        raise InvalidInput(key, given[key], f"the name of a parameter of {owner}{meant}")
 
 
 def validate(value: Any) -> None:

@@ -13,7 +13,16 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.parameter import Family, declared, parameter, require, validate
+from nanoslip.solver.parameter import (
+    Family,
+    Parameter,
+    declared,
+    parameter,
+    parameters_of,
+    require,
+    require_known,
+    validate,
+)
 
 Support = Literal["bonded", "frictionless", "right_side"]
 
@@ -123,7 +132,8 @@ class Slab:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
-        """Build the slab from parameters of its own and of its scheme. Raises InvalidInput."""
+        """Build the slab from parameters of its own and of its scheme. Raises InvalidInput, for unknown names too."""
+        require_known(parameters, parameters_of_a_slab(), "a slab")
         own = {name: parameters[name] for name in declared(cls) if name in parameters}
         return cls(**{**own, "scheme": SCHEMES.member(parameters, "galerkin")})
 
@@ -147,6 +157,11 @@ class Slab:
     def spacing(self) -> float:
         """Distance between surface nodes, in L_x."""
         return 1.0 / (self.n_x - 1)
+
+
+def parameters_of_a_slab() -> Mapping[str, Parameter]:
+    """Every parameter of a slab by name: its own and those of all schemes."""
+    return parameters_of(Slab, *SCHEMES.values())
 
 
 @lru_cache(maxsize=4)  # asked many times for each case, and few campaigns have more grids at a time

@@ -150,6 +150,30 @@ def test_what_is_not_allowed_is_refused_by_name_and_value_and_with_what_is(kind,
         kind(**given)
 
 
+@pytest.mark.parametrize(
+    ("make", "given", "nearest"),
+    [
+        (Case.of, {"radus": 5.0}, "radius"),
+        (Case.of, {"mu_i": 0.1}, "intrinsic_friction"),
+        (Case.of, {"events": 50}, "max_events"),
+        (Case.of, {"scheme": "chain", "leaf_stifness": 3.0}, "leaf_stiffness"),
+        (Slab.of, {"nx": 33}, "n_x"),
+        (Drive.of, {"spring_stiffness": 1.0, "damping_ratio": 0.1, "stage_velocity": 1e-3, "memry": True}, "memory"),
+        (lambda given: Drive.from_si(**given), {"sprng_stiffness": 1.0}, "spring_stiffness"),
+    ],
+)
+def test_an_unknown_name_is_refused_with_the_nearest_one(make, given, nearest):
+    with pytest.raises(InvalidInput, match=f"nearest: {nearest}$") as refusal:
+        make(given)
+    assert refusal.value.key == list(given)[-1]
+
+
+def test_a_part_among_flat_parameters_is_refused():
+    """Its parameters stand beside the case's own there; it would have to win over them, or lose."""
+    with pytest.raises(InvalidInput, match=r"^slab: needs its parameters one by one here; Case\(slab=…\)"):
+        Case.of({"slab": Slab(33)})
+
+
 def test_declarations_are_found_by_type():
     assert list(of.declared(Toy)) == ["whole", "share", "length", "far", "word", "on", "points"]
     assert of.settings_of(Toy, Other)["share"] == (Toy, Other)
