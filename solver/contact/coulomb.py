@@ -129,6 +129,18 @@ class CoulombContact:
         """Tolerance for forces and lengths: TOLERANCE of the load plus the rounding error of the pin's height."""
         return TOLERANCE * self.normal_load + 4.0 * np.finfo(float).eps * abs(self.approach)
 
+    @property
+    def nothing(self) -> float:
+        """Force that counts as none in motion: of a node that has just touched, or is about to leave."""
+        return max(1e-9 * self.normal_load * min(self.case.intrinsic_friction, 1.0), self.tolerance)
+
+    def leaving(self, force_rate: Floats) -> NDArray[np.bool_]:
+        """True of nodes that bear nothing and lose it. force_rate: (2, n).
+
+        Their limit of shear vanishes with them: whichever role they had, the motion would give them another, and back.
+        """
+        return np.asarray(self.contact & (self.normal_force <= self.nothing) & (force_rate[1] > 0.0))
+
     def solve(self) -> None:
         """Forces, approach and displacements for the given roles: Newton's method on the sliding nodes' positions."""
         nodes, curvature = np.flatnonzero(self.contact), self.pin.curvature
@@ -252,12 +264,12 @@ def stick_and_slide_in_motion(solved: CoulombContact) -> Rates:
     while True:
         rates = force_rate, _, u_rate, _ = solved.rates()
         # A node that has just touched bears no force yet, and slides the way its shear begins to push.
-        near = max(1e-9 * solved.normal_load * min(solved.case.intrinsic_friction, 1.0), solved.tolerance)
+        near = solved.nothing
         none = np.abs(solved.force[0]) <= near
         sign = np.sign(np.where(none, force_rate[0], solved.force[0]))
         growth = sign * force_rate[0] + solved.node_friction * force_rate[1]
         # Only a node at its limit (its excess is 0) may begin to slide.
-        growth = np.where(solved.excess > -near, growth, -1.0)
+        growth = np.where((solved.excess > -near) & ~solved.leaving(force_rate), growth, -1.0)
         dragged = np.where(solved.sliding != 0.0, solved.sliding * (u_rate - pin_rate), -1.0)
         least = TOLERANCE * max(np.abs(force_rate).max(), 1.0)
         if growth.max() > least:
@@ -334,7 +346,7 @@ def change(solved: CoulombContact, kind: EventKind, node: int) -> None:
 def next_change(solved: CoulombContact, rates: Rates) -> tuple[float, EventKind, int]:
     """Step after which a role changes, how, and whose; infinite if none does. The gap is taken as linear."""
     force_rate, _, u_rate, v_rate = rates
-    mu, stick = solved.node_friction, solved.contact & (solved.sliding == 0.0)
+    mu, stick = solved.node_friction, solved.contact & (solved.sliding == 0.0) & ~solved.leaving(force_rate)
     steps = {EventKind.RELEASE: _time(solved.normal_force, force_rate[1], solved.contact)}
     for sign in (1.0, -1.0):
         room = mu * solved.normal_force - sign * solved.force[0]

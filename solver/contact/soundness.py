@@ -53,7 +53,8 @@ OUTCOME_OF_STOP = {
     Stop.FULL: COMPLETED,
     Stop.SLIP_UNBOUNDED: Outcome(
         Ending.SLIP_UNBOUNDED,
-        "no slip (at residual_shear 1: no motion) satisfies the friction law here: lower intrinsic_friction, or raise n_x",
+        "no slip (at residual_shear 1: no motion) satisfies the friction law here: lower intrinsic_friction, or raise n_x; "
+        "or intrinsic_friction = inf, with residual_shear below 1, for a contact that never slips",
     ),
     Stop.CASCADE_LIMIT: Outcome(Ending.CASCADE_LIMIT, "one event needed more slips than slip.cascade_limit: raise it"),
     Stop.CONTACT_LOST: Outcome(

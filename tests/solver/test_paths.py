@@ -236,6 +236,20 @@ def test_friction_remembers_the_lowest_load(visited, least, most):
     assert np.isnan(back.stiffness).all()
 
 
+@pytest.mark.parametrize("before", [3e-9, 1e-10])
+def test_a_node_about_to_leave_a_resting_contact_has_a_role(before):
+    """Its limit of shear vanishes with its pressure, so that it slid, was dragged along, stuck, slid, and so on for ever.
+
+    before: load above that at which it leaves, over W; the path visits it.
+    """
+    classical = case_of(radius=50.0, intrinsic_friction=0.4, slip_rule=SlipRule(residual_shear=1.0), **UNCOUPLED)
+    falling = led(classical, slid=0.3, visited_loads=(1.5, 1.0)).legs[-1]
+    leaves = float(falling.load[np.flatnonzero(falling.releases)[0]]) / W
+    path = led(classical, slid=0.3, visited_loads=(1.5, leaves * (1.0 + before), 1.0))
+    assert path.outcome.ok
+    assert path.legs[-1].final_force == pytest.approx(falling.final_force, rel=1e-9)
+
+
 def test_slabs_with_ends_shake_down_and_others_do_not():
     slab, strip = (loops_of(led(case_of(scheme, 129), amplitude=0.3)) for scheme in ("biquadratic", "strip"))
     assert (slab.shaken_down, strip.shaken_down) == (1.0, 0.0)
