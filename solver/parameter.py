@@ -43,6 +43,10 @@ _SHARED: Final = {
     "nodes": "part of ± by one node more or less in contact, where members do not show it",
     "events": "part of ± that more members do not reduce: drift of events along the record; NaN, as ±, of records shorter than "
     "two node spacings: events come in bursts that all members may miss",
+    "length": "part of ± that more members do not reduce: what the later half of the record adds, as longer ones reach more; "
+    "NaN, as ±, of records shorter than two node spacings",
+    "repetition": "0; NaN, as ±, where the drive repeats a record shorter than two node spacings, or slides, as then the "
+    "amplitude is that of the repetition",
 }
 _KEY: Final = "quantity"
 
@@ -66,9 +70,9 @@ class Quantity:
     """Unit of a number without SI unit, as L_x; empty of pure numbers."""
     ensemble: bool = False
     """True if its mean over the members of an ensemble has an uncertainty and a count of the members with a value."""
-    shared: Literal["", "plateau", "nodes", "events"] = ""
-    """Part of the error that all members share beside their scatter: drift of the record, whole nodes, or bursts of events; empty
-    if none."""
+    shared: Literal["", "plateau", "nodes", "events", "length", "repetition"] = ""
+    """Part of the error that all members share beside their scatter: drift of the record, whole nodes, bursts of events, or what
+    a longer record would add to an extreme or to a motion that repeats it; empty if none."""
     alike: str = ""
     """Variable of words that must agree in all members, or there is no mean; nor is there if a member lacks the number."""
     comment: str = ""

@@ -2,7 +2,7 @@
 Where stick-slip stops
 ======================
 
-At which velocity does stick-slip stop on my machine, and at which stiffness?
+At which velocity does stick-slip stop on my machine?
 """
 
 # %%
@@ -46,7 +46,8 @@ print(check_output(command, shell=True, text=True))
 
 # %%
 # **What it means.** Above the critical velocity the stage is faster than the pin's own swing: it slides. Below, it
-# sticks after each slip. The critical stiffness is that of a stage at the velocity given. Both are mean ± over
-# starts; they belong to the contact's record, to mass and damping.
+# sticks after each slip. The stiffness at which stick-slip stops under a stage of given velocity is where the line
+# crosses that velocity. Numbers are mean ± over starts; they belong to the contact's record, to mass and damping:
+# longer records have higher peaks.
 #
-# **What it costs.** A dozen drives of each start for each number: seconds.
+# **What it costs.** Some fifteen drives of each start: seconds.

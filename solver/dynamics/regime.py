@@ -34,12 +34,12 @@ REGIMES: Final[Mapping[str, str]] = {
 """Regime -> its meaning."""
 Search = Literal["found", "always_sticks", "never_sticks", "unknown"]
 SEARCHES: Final[Mapping[str, str]] = {
-    "found": "the pin sticks below a value, and not above it",
-    "always_sticks": "the pin sticks at all values",
-    "never_sticks": "the pin sticks at no value",
-    "unknown": "a drive fails, or no damper bounds the values",
+    "found": "the pin sticks below a velocity, and not above it",
+    "always_sticks": "the pin sticks at all velocities",
+    "never_sticks": "the pin sticks at no velocity",
+    "unknown": "a drive fails, or no damper bounds the velocities",
 }
-"""Result of a search for a critical value -> its meaning."""
+"""Result of a search for a critical velocity -> its meaning."""
 RISING: Final = 0.1
 """Largest rise left by the loading ramp, as a share of the spring force's range in the second half, with a valid amplitude;
 largest velocity of the start's ringing, over the stage's, that does not decide the regime."""
@@ -60,7 +60,7 @@ class StickSlipCount:
         comment="motion within that length of the start does not count: the contact stretches there for the first time",
     )
     resticks: int = quantity("macroscopic slips that ended", comment="the pin came down to stick_velocity")
-    time_stuck: float = quantity("share of time without macroscopic slip", ensemble=True)
+    time_stuck: float = quantity("share of time without macroscopic slip", ensemble=True, shared="repetition")
     regime: Regime | None = quantity(
         "regime of the pin",
         comment=f"{'; '.join(f'{name}: {meaning}' for name, meaning in REGIMES.items())}; empty where the drive ended early, "
@@ -70,6 +70,7 @@ class StickSlipCount:
     spring_force_amplitude: float = quantity(
         "peak-to-peak spring force over load",
         ensemble=True,
+        shared="repetition",
         comment="in the second half of the drive's time; NaN unless two macroscopic slips begin in it, one lasts all "
         "through it, or the regime is micro_slip; NaN where the first slip, the end of the loading ramp or the ringing of the "
         "start is in that half; no mean unless all members have it in one regime",
@@ -82,6 +83,7 @@ class StickSlipCount:
         "s",
         per="time",
         ensemble=True,
+        shared="repetition",
         comment="mean time from the start of one macroscopic slip to the next, of those that begin in the second half "
         "of the time; NaN unless the regime is stick_slip and two begin there, and where the first one does; no mean unless "
         "all members have it",
@@ -93,8 +95,8 @@ class StickSlipCount:
 
 
 @dataclass(frozen=True, slots=True)
-class CriticalPoint:
-    """Velocity of the stage and stiffness of its spring beyond which a pin does not stick any more; NaN if unknown."""
+class CriticalVelocity:
+    """Velocity of the stage above which a pin does not stick any more; NaN if unknown."""
 
     critical_velocity: float = quantity(
         "critical velocity of the stage",
@@ -102,9 +104,11 @@ class CriticalPoint:
         "m s-1",
         per="velocity",
         ensemble=True,
+        shared="length",
         symbol="V_c",
         comment="above it the pin no longer sticks; at the drive's spring, mass and damping ratio, pulled from rest over the "
-        "same record, without `memory`; a longer record has higher peaks, and a higher V_c; by bisection to 2 %, from where "
+        "same record, without `memory`; a longer record has higher peaks, and a higher V_c, of which ± contains what the later "
+        "half of the record adds; by bisection to 2 %, from where "
         "Eq. 17 ends no slip down to a 16,000th; below it there may be windows without sticking; NaN unless "
         "critical_velocity_search is found",
     )
@@ -112,18 +116,6 @@ class CriticalPoint:
         "result of the search for V_c",
         comment="; ".join(f"{word}: {meaning}" for word, meaning in SEARCHES.items()),
         words=tuple(SEARCHES),
-    )
-    critical_stiffness: float = quantity(
-        "critical stiffness of the spring",
-        "",
-        "N m-1",
-        per="stiffness",
-        ensemble=True,
-        symbol="k_c",
-        comment="above it the pin no longer sticks; at the drive's velocity, mass and damping ratio; as critical_velocity",
-    )
-    critical_stiffness_search: Search = quantity(
-        "result of the search for k_c", comment="as critical_velocity_search", words=tuple(SEARCHES)
     )
 
 

@@ -180,8 +180,24 @@ def shared_by_events(plateaus: Sequence[Plateau]) -> float:
     NaN (unknown) if records are shorter than two node spacings: half of the events come in a tenth of a spacing, so that starts
     with short records miss them together. With constant pressures records have no spacings, and each is its start's own.
     """
-    long = [each.spacings == 0.0 or each.spacings > SPACINGS - 0.5 for each in plateaus]
-    return _shared_by_drift([each.event_drift for each in plateaus]) if all(long) else math.nan
+    return _shared_by_drift([each.event_drift for each in plateaus]) if all(map(repeats, plateaus)) else math.nan
+
+
+def repeats(plateau: Plateau) -> bool:
+    """True if a record has met the surface pattern twice; with constant pressures it is its start's own."""
+    return plateau.spacings == 0.0 or plateau.spacings > SPACINGS - 0.5
+
+
+def shared_by_length(plateaus: Sequence[Plateau], growth: Sequence[float]) -> float:
+    """The part of the ± of a mean extreme that all its starts share, as their records end somewhere.
+
+    growth: what the later half of each record adds to the first. Where the extreme has a bound that the surface reaches with
+    finite density, its distance from the bound is as the inverse of the length: a half is twice as far from it as the whole,
+    which lacks what the later half added. NaN (unknown) if records are shorter than two node spacings, and of one start.
+    """
+    if len(plateaus) < 2 or not all(map(repeats, plateaus)):
+        return math.nan
+    return abs(float(np.mean(growth)))
 
 
 def _shared_by_drift(drifts: Sequence[float]) -> float:

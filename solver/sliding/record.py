@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -114,6 +114,18 @@ class FrictionRecord(Viewed):
         """The largest friction force, in G·L_x·L_y."""
         largest = self.force_before.max(initial=self.initial_force)
         return float(self.force_after.max(initial=max(largest, self.final_force)))
+
+    @property
+    def first_half(self) -> "FrictionRecord":
+        """The record up to half of its displacement, where it ends between two events; slips of nodes are those of all of it."""
+        end = 0.5 * self.final_displacement
+        count = int(np.searchsorted(self.displacement, end, side="right"))
+        force, slope = self.initial_force, self.initial_stiffness
+        if count:
+            force, slope = float(self.force_after[count - 1]), float(self.stiffness[count - 1])
+        columns = {name: getattr(self, name)[:count] for name in EVENT_TYPES}
+        since = end - float(columns["displacement"][-1] if count else 0.0)
+        return replace(self, **columns, final_displacement=end, final_force=force + slope * since)
 
     @property
     def presliding_lengths(self) -> float:

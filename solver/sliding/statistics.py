@@ -30,6 +30,7 @@ class EventStatistics(Labels):
         "largest F/W of the record",
         symbol="F/W",
         ensemble=True,
+        shared="length",
         comment="friction force over load, of the whole record; NaN where the pin has not moved",
     )
     surface_stiffness: float = quantity(
@@ -143,11 +144,13 @@ class Collective:
         "highest force over plateau, minus 1",
         symbol="F_max/F - 1",
         ensemble=True,
+        shared="length",
         comment="of the whole record of the slider: peak_friction over plateau_mean, less 1",
     )
     fluctuation: float = quantity(
         "fluctuation of the plateau",
         ensemble=True,
+        shared="length",
         comment="standard deviation of the force of the slider over its mean, on the steady part of its record",
     )
     unseen_force: float = quantity(

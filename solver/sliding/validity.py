@@ -118,7 +118,8 @@ class Flag(Enum):
     )
     short_record = (
         2048,
-        "no node entered or left the contact while the pin slid: means are those of a pin just pressed down, by several ± off",
+        "no node entered or left the contact while the pin slid: means are those of a pin just pressed down, and may be off by "
+        "more than ±",
         "raise limits.spacings, presliding and events to a node spacing or more, or limits.spacing_events",
     )
 

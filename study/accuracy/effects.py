@@ -15,7 +15,7 @@ import numpy as np
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.regime import CriticalPoint
+from nanoslip.solver.dynamics.regime import CriticalVelocity
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES, Effect
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
@@ -180,7 +180,7 @@ def scene_tasks(
     if slides and (drives or not case.path):
         record = kinds.record_task(case, ensemble)
         of_case += [*kinds.all_batches(case, record.ensemble), record]
-    critical = manifest.outputs.critical and bool({*names} & quantities(CriticalPoint).keys())
+    critical = manifest.outputs.critical and bool({*names} & quantities(CriticalVelocity).keys())
     asked = {"scalars_only": True, "fitted": manifest.outputs.fit, "critical": critical}
     of_drives = ((label, kinds.drive_task(case, drive, ensemble, **asked)) for label, drive in drives.items())
     tasks, compliance = [*(("", task) for task in of_case), *of_drives], kinds.compliance_task(case.slab)

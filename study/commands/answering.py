@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import xarray as xr
 
+from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.solver.sliding.validity import flags_in
 from nanoslip.study.accuracy.deciding import (
     MAIN,
@@ -67,7 +68,7 @@ def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
         return summary.answer(case)
     named = "" if names == [found.variable] else f"{name_of(found.variable)} "
     if "critical_velocity" in case:
-        answer, names = f"{critical_words(case)}; {answer}", ["critical_velocity", *names]
+        answer, names = f"{critical_words(case)}; {answer}", [summary.CRITICAL, *names]
     known = (float(case.get(f"{name}_uncertainty", 0.0)) for name in names)
     remarks = ["± by starts alone"] if any(0.0 < each < math.inf for each in known) else []
     remarks += filter(None, [without_error(case, names)])
@@ -103,26 +104,22 @@ def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
 
 
 def critical_words(case: xr.Dataset) -> str:
-    """Critical velocity at the drive's stiffness in a sentence, with its ±; if it is unknown, the stiffness at its velocity.
-
-    Both together would contradict each other where stick-slip is a band of velocities.
-    """
-    for name, what in (("critical_velocity", "stage velocity"), ("critical_stiffness", "stiffness")):
-        value, error = (float(case.get(each, math.nan)) for each in (name, f"{name}_uncertainty"))
-        if math.isfinite(value):
-            other, its = summary.OF_CRITICAL[name]
-            beside = "; ".join((*summary.starts_of(case, name), _BELOW))
-            known = f"{compact(value, as_written(by_name()[name].units), error)}{fewer(case, name)} ({beside})"
-            return f"no stick-slip above {what} {known} at {compact(float(case[other]), its)}"
-    search = "critical_velocity_search"
+    """Critical velocity at the drive's stiffness in a sentence, with its ± and the range of its starts; or why there is none."""
+    name, spring = summary.CRITICAL, compact(float(case["spring_stiffness"]), "N/m")
+    value, error = (float(case.get(each, math.nan)) for each in (name, f"{name}_uncertainty"))
+    if math.isfinite(value):
+        beside = "; ".join((*summary.starts_of(case, name), _BELOW))
+        known = f"{compact(value, as_written(by_name()[name].units), error)}{fewer(case, name)} ({beside})"
+        return f"no stick-slip above stage velocity {known} at {spring}"
+    search = f"{name}_search"
     tally = case_rows(case, search).tallies(search)[0]
     of = {word: f" in {count} of {sum(tally.values())} starts" * (len(tally) > 1) for word, count in tally.items()}
     found = ", ".join(f"{_SEARCH[word]}{of[word]}" for word in tally)
-    return f"no critical velocity at {compact(float(case['spring_stiffness']), 'N/m')}: {found}"
+    return f"no critical velocity at {spring}: {found}"
 
 
 _BELOW: Final = "below, windows of sliding or micro-slip are possible"
-"""Meaning of a critical value, which is found from above."""
+"""Meaning of a critical velocity, which is found from above."""
 _SEARCH: Final = {
     "found": "one",
     "always_sticks": "the pin sticks at all velocities tried",
@@ -180,7 +177,7 @@ def ranking(
     name, value = found.variable, float(case[found.variable])
     errors = [*summary.errors_of(case, name, cost), *_beside(case, found, value)]
     rows = [(each.source, f"{each.share:.1%}", each.cure) for each in sorted(errors, key=lambda each: -each.share)]
-    if name == "critical_velocity":  # the highest peaks decide, and a longer record has higher ones
+    if math.isnan(float(case.get(f"{name}{SHARED_ERROR}", 0.0))):
         rows.append((f"the {summary.SHARED}", NOT_MEASURED, summary.longer_record(case)))
     if not found.computed:
         rows.append((_SPACING, NOT_MEASURED, "; ".join(map(missing_words, found.spacings))))

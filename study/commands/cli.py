@@ -429,7 +429,7 @@ def show_case() -> None:
 @click.option(
     "--stroke", metavar="LENGTH", help="Move the pin to and fro: end to end, as '2 mm', or presliding lengths."
 )
-@flag("--critical", help="Find the velocity and the spring above which the pin no longer sticks. Implies --drive.")
+@flag("--critical", help="Find the velocity above which the pin no longer sticks. Implies --drive.")
 @flag("--all", "everything", help="Show all numbers and lines.")
 def try_case() -> None:
     """Compute one case now and show it; nothing is written to disk.

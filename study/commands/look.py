@@ -280,7 +280,7 @@ BRIEF: Final[Mapping[str, tuple[str, ...]]] = {
         "contact_half_width",
     ),
     "dynamics": (
-        *("static_friction", "kinetic_friction", "regime", "critical_velocity", "critical_stiffness"),
+        *("static_friction", "kinetic_friction", "regime", "critical_velocity"),
         *("stick_slip_period", "spring_force_amplitude", "surface_stiffness", "contact_half_width", "record_spacings"),
     ),
 }

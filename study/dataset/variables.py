@@ -384,7 +384,7 @@ def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantit
         same = (found[quantity.alike] == found[quantity.alike][:, :1]).all(axis=1)
         mean, uncertainty = np.where(same & (members == values.shape[1]), (mean, uncertainty), np.nan)
     unknown = ~(uncertainty > ROUNDING * np.abs(mean))  # members do not differ
-    return Known(mean, np.where(unknown, np.nan, uncertainty), np.where(unknown, np.nan, shared), members)
+    return Known(mean, np.where(unknown, np.nan, uncertainty), np.where(np.isnan(mean), np.nan, shared), members)
 
 
 def alike_starts(found: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
@@ -442,6 +442,20 @@ def are_means(dataset: xr.Dataset) -> bool:
     return MEMBERS.name in dataset and bool((dataset[MEMBERS.name] > 1.0).any())
 
 
+@cache
+def sharing() -> dict[str, str]:
+    """Variable -> the sort of error that its members share (`Quantity.shared`)."""
+    return {each.name: each.shared for kind in KINDS for _, each in scalars(kind) if each.shared}
+
+
+_UNKNOWN_SHARE: Final = {
+    "length": "records shorter than two node spacings",
+    "events": "records shorter than two node spacings",
+    "repetition": "a motion that repeats its record",
+}
+"""Sort of error that members share -> why it may be unknown."""
+
+
 def without_error(dataset: xr.Dataset, names: Iterable[str]) -> str:
     """Reasons why numbers among these variables have no ±, as `± ?: a single start`; empty if all have one."""
     whole, found = dataset.variables, dict[str, None]()
@@ -450,11 +464,13 @@ def without_error(dataset: xr.Dataset, names: Iterable[str]) -> str:
         if error is None or not bool((lacking := whole[name].notnull() & ~(error > ROUNDING * abs(whole[name]))).any()):
             continue
         having, used = members_of(dataset, name) or (1, 1)
+        several, shared = lacking & (used != 1) & ~(having < used), whole.get(f"{name}{SHARED_ERROR}")
+        unknown = several & (False if shared is None else shared.isnull())
         reasons = {
             "a single start": lacking & (used == 1),
             "starts without a value": lacking & (having < used),
-            "identical starts": lacking & (used != 1) & error.notnull(),
-            "records too short for it": lacking & (used != 1) & ~(having < used) & error.isnull(),
+            "identical starts": several & ~unknown,
+            _UNKNOWN_SHARE.get(sharing().get(name, ""), "records too short for it"): unknown,
         }
         found |= dict.fromkeys(reason for reason, there in reasons.items() if bool(there.any()))
     return f"± ?: {', '.join(found)}" if found else ""

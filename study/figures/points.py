@@ -144,8 +144,8 @@ class Points:
     """Coordinates that vary together by the campaign's definition."""
     stated: bool
     """True if numbers of this sort have an uncertainty, known or not."""
-    critical: Mapping[str, Floats]
-    """Coordinate of a drive -> its value above which the pin no longer sticks, NaN if unknown; of regimes only."""
+    critical_velocity: Floats
+    """Velocity of the stage above which the pin no longer sticks, NaN if unknown; of regimes only."""
     closed_form: Floats
     """A closed form to compare with; NaN without one."""
 
@@ -177,8 +177,8 @@ class Points:
     def at(self, chosen: NDArray[Any]) -> "Points":
         """Some of the points: a mask, or their places in another order."""
         arrays: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _ARRAYS}
-        axes, critical = ({name: each[chosen] for name, each in of.items()} for of in (self.axes, self.critical))
-        return replace(self, axes=axes, critical=critical, **arrays)
+        axes = {name: each[chosen] for name, each in self.axes.items()}
+        return replace(self, axes=axes, **arrays)
 
     def columns(self) -> DrawnColumns:
         """The points as a table: coordinates, value, uncertainty, members, whether flagged."""
@@ -189,7 +189,18 @@ class Points:
         return {**self.axes, self.name: self.values, **errors, **members, **shares, **beside, "flagged": self.flagged}
 
 
-_ARRAYS: Final = ("values", "errors", "shared", "flagged", "doubtful", "members", "shares", "lacking", "closed_form")
+_ARRAYS: Final = (
+    "values",
+    "errors",
+    "shared",
+    "flagged",
+    "doubtful",
+    "members",
+    "shares",
+    "lacking",
+    "closed_form",
+    "critical_velocity",
+)
 """Fields of points that have an entry for each of them."""
 
 
@@ -223,13 +234,13 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
         (members > 0) & (members < used),
         tuple(each for each in zipped(dataset) if each in axes),
         stated,
-        {axis: rows.values(at).astype(float) for axis, at in CRITICAL_OF.items() if name == "regime" and at in dataset},
+        rows.values(CRITICAL).astype(float) if name == "regime" and CRITICAL in dataset else np.full(len(rows), np.nan),
         np.full(len(rows), np.nan),
     )
 
 
-CRITICAL_OF: Final = {"stage_velocity": "critical_velocity", "spring_stiffness": "critical_stiffness"}
-"""Parameter of a drive -> its value above which the pin no longer sticks."""
+CRITICAL: Final = "critical_velocity"
+"""Variable with the velocity of the stage above which the pin no longer sticks."""
 
 
 def _counts(values: NDArray[Any]) -> NDArray[np.int64]:

@@ -238,18 +238,21 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
 
 
 def border_of(points: Points, here: Points, roles: Roles) -> Iterator[tuple[Floats, Floats]]:
-    """Line over a map of regimes above which the pin no longer sticks, if it is known: places along both axes.
+    """Line over a map of regimes above whose velocity the pin no longer sticks, if it is known: places along both axes.
 
-    It is that of the stage's velocity, or else of the spring; each place has the mean of its drives.
+    Each place has the mean of its drives.
     """
-    for axis in (each for each in here.critical if each in (roles.x, roles.hue)):
-        known = np.isfinite(here.critical[axis])
-        if points.axes[axis].dtype.kind not in "Ob" and known.any():
-            places = places_of(points, roles.x if axis == roles.hue else roles.hue, here)[known]
-            along, which = np.unique(places, return_inverse=True)
-            means = np.exp(np.bincount(which, np.log(here.critical[axis][known])) / np.bincount(which))
-            yield (along, means) if axis == roles.hue else (means, along)
-            return
+    known = np.isfinite(here.critical_velocity)
+    if VELOCITY not in (roles.x, roles.hue) or points.axes[VELOCITY].dtype.kind in "Ob" or not known.any():
+        return
+    places = places_of(points, roles.x if roles.hue == VELOCITY else roles.hue, here)[known]
+    along, which = np.unique(places, return_inverse=True)
+    means = np.exp(np.bincount(which, np.log(here.critical_velocity[known])) / np.bincount(which))
+    yield (along, means) if roles.hue == VELOCITY else (means, along)
+
+
+VELOCITY: Final = "stage_velocity"
+"""Axis of a map of regimes that may have a border."""
 
 
 def _colors(points: Points, names: list[str]) -> dict[str, Any]:

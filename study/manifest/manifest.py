@@ -206,8 +206,8 @@ class Outputs:
     )
     critical: bool = parameter(
         False,
-        meaning="velocity and stiffness above which the pin of each drive no longer sticks",
-        comment="by bisection: some fifty drives of each member",
+        meaning="velocity of the stage above which the pin of each drive no longer sticks",
+        comment="by bisection: some thirty drives of each member",
     )
     tractions: bool = parameter(
         False, meaning="pressure and shear after initial contact", comment="default with stage `contact` alone: true"

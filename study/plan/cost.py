@@ -47,7 +47,8 @@ for 400 events, 1.0 for 20,000 and 2.5 for 160,000."""
 STEP: Final = 6e-8
 """Time of a step of a drive: a tooth passed, a time step, a sample."""
 CRITICAL_SECONDS: Final = 0.85
-"""Time of a critical velocity and stiffness: some 30 drives, 2 to 15 to bracket each, 6 to bisect, of 10 to 60 ms. Of 16 drives
+"""Time of a critical velocity, over a record and its first half: some 30 drives, 2 to 15 to bracket each, 6 to bisect, of 10
+to 60 ms. Of 16 drives with two such searches
 0.3 to 3.3 s; stiffness, damping and velocity foretell it no better than this mean."""
 FIT: Final = 8e-3
 """Time of a fit of Eq. 16-19, samples aside: three least squares of some fifteen steps (8 to 19 ms for 200 to 2000 samples)."""

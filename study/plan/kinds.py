@@ -19,7 +19,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.state import NODE_X, NODE_Y, ContactState, ContactSummary
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
-from nanoslip.solver.dynamics.regime import CriticalPoint, StickSlipCount
+from nanoslip.solver.dynamics.regime import CriticalVelocity, StickSlipCount
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.dynamics.stick_slip import StickSlipFit
 from nanoslip.solver.effects import LeftOut
@@ -477,7 +477,7 @@ def drive_task(
 ) -> Task:
     """The motion of the pin over the friction records of a case's members.
 
-    fitted: whether Eq. 16-19 are fitted to its spring force. critical: whether its critical point is computed.
+    fitted: whether Eq. 16-19 are fitted to its spring force. critical: whether its critical velocity is computed.
     Members that its target needs beyond those records are slid too.
     """
     record = record_task(case, ensemble)
@@ -526,7 +526,7 @@ DRIVE: Final = Kind(
         Part(FrictionCoefficients),
         Part(StickSlipFit, "fitted_", wanted=output("fit")),
         Part(StickSlipCount),
-        Part(CriticalPoint, wanted=output("critical")),
+        Part(CriticalVelocity, wanted=output("critical")),
         Part(DynamicsResult, whole=True),
         Part(LeftOut, wanted=lambda manifest: manifest.ensemble.within is not None),
     ),

@@ -50,7 +50,7 @@ class Task:
     fitted: bool = True
     """True if the closed form is fitted to the motion; drive tasks only."""
     critical: bool = False
-    """True if the critical velocity and stiffness are computed, too; drive tasks only."""
+    """True if the critical velocity is computed, too; drive tasks only."""
     intermediate: bool = False
     """True if only other tasks need the result, not the campaign."""
     ensemble: Ensemble = ALONE

@@ -75,6 +75,8 @@ def factored(table: Table) -> tuple[Table, list[str]]:
 
 UNCERTAINTY: Final = "_uncertainty"
 """Suffix of a number's name for its ±."""
+CRITICAL: Final = "critical_velocity"
+"""Variable with the velocity of the stage above which the pin no longer sticks."""
 _SAID_APART: Final = {
     *(each.name for ended in variables.OUTCOMES.values() for each in (ended.ending, ended.message, ended.cause)),
     *variables.run_names(),
@@ -104,7 +106,7 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
             others.setdefault("0 here", []).append(name)
         else:
             meaning, unit = _meaning_and_unit(case[name])
-            beside = [_in_si(case, name, unit), *(_of_critical(case, name) if name in OF_CRITICAL else ())]
+            beside = [_in_si(case, name, unit), *(_of_critical(case) if name == CRITICAL else ())]
             meaning += f" ({known})" if (known := "; ".join(filter(None, beside))) else ""
             rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), others
@@ -116,7 +118,7 @@ def ending_lines(case: xr.Dataset, brief: bool = False) -> Iterator[str]:
     brief: without outcomes that are `completed` and have no message, or are in the answer.
     """
     for label, (ended, why) in _endings(case).items():
-        if label == "drive" and ended == COMPLETED and "critical_velocity" in case:
+        if label == "drive" and ended == COMPLETED and CRITICAL in case:
             continue  # its message is about numbers of this one drive, which were not asked for
         if not brief or (why and ended not in _unanswered(case)):
             yield ": ".join(filter(None, (label, ended, why)))
@@ -207,7 +209,7 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
 
 
 def _not_found(values: xr.Dataset, name: str) -> str:
-    """Reason why a critical value is missing, as `always sticks`; NOTHING for other numbers, or if it is unknown."""
+    """Reason why a critical velocity is missing, as `always sticks`; NOTHING for other numbers, or if it is unknown."""
     parts = [*_searches(values, name)]
     if len(parts) == 1:
         return NOTHING if parts[0][0] == "unknown" else parts[0][0]
@@ -215,26 +217,21 @@ def _not_found(values: xr.Dataset, name: str) -> str:
 
 
 def _searches(values: xr.Dataset, name: str) -> Iterator[tuple[str, int]]:
-    """Results of the search for a critical value, in words, and how many starts have each; none of other numbers."""
+    """Results of the search for a critical velocity, in words, and how many starts have each; none of other numbers."""
     if (search := f"{name}_search") in values:
         for word, count in case_rows(values, search).tallies(search)[0].items():
             yield word.replace("_", " "), count
 
 
-OF_CRITICAL: Final = {"critical_velocity": ("spring_stiffness", "N/m"), "critical_stiffness": ("stage_velocity", "m/s")}
-"""Critical value -> the parameter of the drive that it holds for, and its unit in SI."""
-
-
-def _of_critical(case: xr.Dataset, name: str) -> Iterator[str]:
-    """Condition and starts of a critical value."""
-    other, unit = OF_CRITICAL[name]
-    if other in case.coords:
-        yield f"at {compact(float(case[other]), unit)}"
-    yield from starts_of(case, name)
+def _of_critical(case: xr.Dataset) -> Iterator[str]:
+    """Spring and starts of a critical velocity."""
+    if "spring_stiffness" in case.coords:
+        yield f"at {compact(float(case['spring_stiffness']), 'N/m')}"
+    yield from starts_of(case, CRITICAL)
 
 
 def starts_of(case: xr.Dataset, name: str) -> Iterator[str]:
-    """Range of a critical value over single starts, which is what one machine shows, and why others have none."""
+    """Range of a critical velocity over single starts, which is what one machine shows, and why others have none."""
     found = Counter({word: count for word, count in _searches(case, name) if word != "found"})
     if "drive_ensemble" in groups_of(case):
         starts = run_of(case, "drive_ensemble", {})[0]
@@ -363,7 +360,7 @@ def main_numbers(dataset: xr.Dataset) -> list[str]:
         named = (*named, "plateau_mean")
     elif "loss_per_cycle" in dataset and not _without_cycles(dataset, "loss_per_cycle"):
         named = (*named, "loss_per_cycle")
-    critical = ("critical_velocity", "critical_stiffness") if "critical_velocity" in dataset else ()
+    critical = (CRITICAL,) if CRITICAL in dataset else ()
     return list(dict.fromkeys(filter(None, (*named, *critical))))
 
 
@@ -383,7 +380,7 @@ def _answered(dataset: xr.Dataset) -> xr.DataArray:
     """
     if "regime" not in dataset or _target(dataset)[1]:
         return xr.DataArray(False)
-    known = dataset["critical_velocity"].notnull() if "critical_velocity" in dataset else xr.DataArray(False)
+    known = dataset[CRITICAL].notnull() if CRITICAL in dataset else xr.DataArray(False)
     return (dataset["regime"] == "micro_slip") | (dataset["regime"] == "sticks") & known
 
 
@@ -557,8 +554,7 @@ SHOWN: Final = {
     "static_friction": "μ_s",
     "kinetic_friction": "μ_k",
     "regime": "regime",
-    "critical_velocity": "V_c (m/s)",
-    "critical_stiffness": "k_c (N/m)",
+    CRITICAL: "V_c (m/s)",
     "plateau_mean": "plateau F/W",
     "peak_friction": "peak F/W",
     "cycle_stroke": "stroke/L_x",

@@ -5,7 +5,7 @@ A task computes all members of its case; the solver's values become the scalars 
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any, Final, TypeVar
@@ -18,8 +18,8 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import contact_summary
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.duration import measured
-from nanoslip.solver.dynamics.regime import CriticalPoint, count_sticks
-from nanoslip.solver.dynamics.result import ended_by
+from nanoslip.solver.dynamics.regime import CriticalVelocity, StickSlipCount, count_sticks
+from nanoslip.solver.dynamics.result import DynamicsResult, ended_by
 from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
 from nanoslip.solver.effects import SPARED, LeftOut
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, stiffness_of_node, surface_compliance
@@ -30,7 +30,14 @@ from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import Portion
-from nanoslip.solver.sliding.plateau import Plateau, plateau_of, shared_by_events, shared_error
+from nanoslip.solver.sliding.plateau import (
+    Plateau,
+    plateau_of,
+    repeats,
+    shared_by_events,
+    shared_by_length,
+    shared_error,
+)
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import event_distributions
 from nanoslip.solver.sliding.slide import slide_to_state, states_at
@@ -93,6 +100,10 @@ class Member:
     """Known variables, if it was computed without an effect that changes others; None for all."""
     plateau: Plateau | None = None
     """Plateau of its record, which determines the error that members share."""
+    halves: Mapping[str, float] = field(default_factory=dict)
+    """Numbers that its record's length decides, as they are over the first half of it."""
+    repetitions: Collection[str] = ()
+    """Numbers that the repetition of its record decides, about as much as the surface."""
     node: float = 0.0
     """Change of its stiffness by one node more."""
 
@@ -188,7 +199,7 @@ def _scalars(kind: kinds.Kind, members: Sequence[Member]) -> dict[str, list[floa
                 found[key][number] = math.nan
     for key, each in _sharing(kind):
         if key in found:
-            found[f"{key}{SHARED_ERROR}"] = [_shared(each, members, found[key])] * len(members)
+            found[f"{key}{SHARED_ERROR}"] = [_shared(key, each, members, found[key])] * len(members)
     return found
 
 
@@ -202,7 +213,7 @@ def _sharing(kind: kinds.Kind) -> list[tuple[str, Quantity]]:
     return [(key, each) for key, each in kinds.quantities_of(kind).items() if each.shared]
 
 
-def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
+def _shared(key: str, quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
     """The error of a mean that all members share; NaN where fewer than two have a value."""
     having = [(member, value) for member, value in zip(members, values, strict=True) if math.isfinite(value)]
     if len(having) < 2:
@@ -211,6 +222,11 @@ def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[floa
         step = math.fsum(member.node for member, _ in having) / len(having)
         return shared_by_nodes(np.array([value for _, value in having]), step)
     plateaus = [member.plateau for member, _ in having if member.plateau]
+    if quantity.shared == "length":
+        halves = [member.halves.get(key, math.nan) for member, _ in having]
+        return shared_by_length(plateaus, [value - half for (_, value), half in zip(having, halves, strict=True)])
+    if quantity.shared == "repetition":
+        return math.nan if any(key in member.repetitions for member, _ in having) else 0.0
     if quantity.shared == "events":
         return shared_by_events(plateaus) * abs(math.fsum(value for _, value in having)) / len(having)
     return shared_error(plateaus)
@@ -330,7 +346,8 @@ def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs
         plateau = plateau_of(found.record)
         together = collective(found.record, plateau, found.bound, found.lost)
         values: tuple[object, ...] = (found.validity, plateau, found.statistics, found.record, together)
-        return Member(values, plateau.outcome.adding(found.record.outcome), plateau=plateau)
+        halves = numbers_of_half(found.record)
+        return Member(values, plateau.outcome.adding(found.record.outcome), plateau=plateau, halves=halves)
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
@@ -338,7 +355,17 @@ def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs
     across = kinds.RowsOfRecord(record.node_y) if case.slab.scheme.planar else None
     values = (valid, plateau, event_statistics(record), record, collective(record, plateau), across)
     node = stiffness_of_node(compliance, start.contact) if start.outcome.ok else 0.0
-    return Member(values, plateau.outcome if record.outcome.ok else record.outcome, plateau=plateau, node=node)
+    outcome = plateau.outcome if record.outcome.ok else record.outcome
+    return Member(values, outcome, plateau=plateau, node=node, halves=numbers_of_half(record))
+
+
+def numbers_of_half(record: FrictionRecord) -> dict[str, float]:
+    """What the length of a record decides, over the first half of it; NaN where that has no plateau."""
+    half = record.first_half
+    plateau = plateau_of(half)
+    peak = half.highest_force / half.normal_load if half.final_displacement > 0.0 else math.nan
+    together = collective(half, plateau)
+    return {"peak_friction": peak, "static_excess": together.static_excess, "fluctuation": together.fluctuation}
 
 
 @of_the_last  # records are pulled over by one drive after the other
@@ -445,17 +472,37 @@ class _Pulling:
             return Member((), error.outcome)
         fit = fit_stick_slip(motion, drive, record.normal_load) if self.task.fitted else None
         count = count_sticks(motion, drive)
-        critical = _critical(record, plateau, drive) if self.task.critical else None
+        critical, halves = None, dict[str, float]()
+        if self.task.critical:
+            critical = _critical(record, plateau, drive)
+            half = record.first_half
+            steady = plateau_of(half)
+            if steady.outcome.ok:
+                halves = {"critical_velocity": _critical(half, steady, drive).critical_velocity}
         longer = bool(count.unsettled) and ended_by(motion, drive) == "duration"
         outcome = coefficients.outcome.adding(Outcome(Ending.COMPLETED, count.unsettled, longer))
-        return Member((coefficients, fit, count, critical, motion), outcome, plateau=plateau)
+        values = (coefficients, fit, count, critical, motion)
+        repetitions = repetitions_in(motion, count, plateau)
+        return Member(values, outcome, plateau=plateau, halves=halves, repetitions=repetitions)
 
 
-def _critical(record: FrictionRecord, plateau: Plateau, drive: Drive) -> CriticalPoint:
-    """The critical point of a drive, by a module that other drives do without."""
-    from nanoslip.solver.dynamics.critical import critical_point  # noqa: PLC0415
+def repetitions_in(motion: DynamicsResult, count: StickSlipCount, plateau: Plateau) -> tuple[str, ...]:
+    """The numbers of a drive that the repetition of its record decides; none where the pin does not go beyond its end.
 
-    return critical_point(record, plateau, drive)
+    A pin that slides vibrates with the period of the repetition, however long the record is.
+    """
+    if not motion.position[-1] > plateau.end:
+        return ()
+    if not repeats(plateau):
+        return ("time_stuck", "spring_force_amplitude", "stick_slip_period")
+    return () if count.regime == "stick_slip" else ("spring_force_amplitude",)
+
+
+def _critical(record: FrictionRecord, plateau: Plateau, drive: Drive) -> CriticalVelocity:
+    """The critical velocity of a drive, by a module that other drives do without."""
+    from nanoslip.solver.dynamics.critical import critical_velocity  # noqa: PLC0415
+
+    return critical_velocity(record, plateau, drive)
 
 
 PAIRS: Final = 2

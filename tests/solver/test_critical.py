@@ -1,17 +1,19 @@
-"""A pin sticks below its critical velocity and stiffness, and slides above, over the same record."""
+"""A pin sticks below its critical velocity, and slides above, over the same record."""
 
 import math
 import re
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pint
 import pytest
 
 import nanoslip
-from nanoslip.solver.dynamics.critical import RESOLUTION, STRIDE, STRIDES, boundary, critical_point
+from nanoslip.solver.dynamics.critical import RESOLUTION, STRIDE, STRIDES, boundary, critical_velocity
 from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.regime import SEARCHES, count_sticks
+from nanoslip.solver.sliding.plateau import shared_by_length, teeth
 from tests.conftest import Main
 
 CASE = nanoslip.Case(radius=50.0, slab=nanoslip.Slab(n_x=65), max_presliding=4.0)
@@ -20,7 +22,7 @@ CASE = nanoslip.Case(radius=50.0, slab=nanoslip.Slab(n_x=65), max_presliding=4.0
 @pytest.mark.parametrize("first", [1.1, 1.9, 700.0, 5e3])
 def test_a_boundary_is_the_uppermost_to_its_resolution(first: float) -> None:
     """Whatever lies below it, where the pin may slide in windows, and whatever the first drive is."""
-    found = boundary(lambda value: value < 0.1 or 0.3 < value < 1.0 or value == first > 2.0, first, STRIDE)
+    found = boundary(lambda value: value < 0.1 or 0.3 < value < 1.0 or value == first > 2.0, first)
     assert found.search == "found"
     assert 1.0 / RESOLUTION < found.value < RESOLUTION
 
@@ -28,43 +30,41 @@ def test_a_boundary_is_the_uppermost_to_its_resolution(first: float) -> None:
 def test_what_never_changes_or_fails_has_no_boundary() -> None:
     """A pin that sticks at all velocities is told from one that never sticks, and from one of which nothing is known."""
     asked: list[float] = []
-    found = [boundary(lambda value: bool(asked.append(value)), 1.0, STRIDE)]
+    found = [boundary(lambda value: bool(asked.append(value)), 1.0)]
     assert (len(asked), min(asked)) == (STRIDES + 1, STRIDE**-STRIDES)
     found += [
-        boundary(lambda value: None if value < 0.5 else False, 1.0, STRIDE),
-        boundary(lambda value: True, 1.0, STRIDE),
+        boundary(lambda value: None if value < 0.5 else False, 1.0),
+        boundary(lambda value: True, 1.0),
     ]
-    found.append(boundary(lambda value: value < 1.0, math.inf, STRIDE))  # without a damper
-    found.append(boundary({1.0: False, 0.5: True}.get, 1.0, STRIDE))  # fails between both
+    found.append(boundary(lambda value: value < 1.0, math.inf))  # without a damper
+    found.append(boundary({1.0: False, 0.5: True}.get, 1.0))  # fails between both
     assert all(math.isnan(each.value) for each in found)
     assert [each.search for each in found] == ["never_sticks", "unknown", "always_sticks", "unknown", "unknown"]
 
 
 @pytest.mark.everyday(1)
 @pytest.mark.parametrize("scale", [1e-2, 30.0])
-def test_the_critical_point_does_not_depend_on_what_it_replaces(scale: float) -> None:
-    """The velocity and the stiffness of the drive are starting points of nothing."""
+def test_the_critical_velocity_does_not_depend_on_the_drives_own(scale: float) -> None:
+    """It is the starting point of nothing."""
     record = nanoslip.friction_record(CASE)
     plateau, drive = nanoslip.plateau_of(record), nanoslip.Drive.from_si(spring_stiffness=3e6)
     faster = replace(drive, stage_velocity=scale * drive.stage_velocity)
-    stiffer = replace(drive, spring_stiffness=scale * drive.spring_stiffness)
-    found = critical_point(record, plateau, drive)
-    assert critical_point(record, plateau, faster).critical_velocity == found.critical_velocity > 0.0
-    assert critical_point(record, plateau, stiffer).critical_stiffness == found.critical_stiffness > 0.0
+    found = critical_velocity(record, plateau, drive)
+    assert critical_velocity(record, plateau, faster) == found
+    assert found.critical_velocity > 0.0
 
 
-def test_beyond_the_critical_point_a_pin_slides_and_before_it_sticks() -> None:
+def test_beyond_the_critical_velocity_a_pin_slides_and_before_it_sticks() -> None:
     record = nanoslip.friction_record(CASE)
     plateau, drive = nanoslip.plateau_of(record), nanoslip.Drive.from_si(spring_stiffness=3e6)
-    found = critical_point(record, plateau, drive)
-    for key, value in (("stage_velocity", found.critical_velocity), ("spring_stiffness", found.critical_stiffness)):
-        regimes = []
-        for factor in (2.0 ** (-1.0 / 128.0), 2.0):  # the lower end of the last bracket, and far above
-            pulled = replace(drive, **{key: value * factor})
-            motion = replace(measured(record, plateau, pulled)[0], forgotten=True)  # its own, so near to the border
-            regimes.append(count_sticks(motion, pulled).regime)
-        assert regimes[0] == "stick_slip"
-        assert regimes[1] in ("slides", "micro_slip")
+    found = critical_velocity(record, plateau, drive)
+    regimes = []
+    for factor in (2.0 ** (-1.0 / 128.0), 2.0):  # the lower end of the last bracket, and far above
+        pulled = replace(drive, stage_velocity=found.critical_velocity * factor)
+        motion = replace(measured(record, plateau, pulled)[0], forgotten=True)  # its own, so near to the border
+        regimes.append(count_sticks(motion, pulled).regime)
+    assert regimes[0] == "stick_slip"
+    assert regimes[1] in ("slides", "micro_slip")
 
 
 CAMPAIGN: dict[str, Any] = {
@@ -72,7 +72,7 @@ CAMPAIGN: dict[str, Any] = {
     "stages": ["contact", "slip", "dynamics"],
     "constants": {"radius": 50.0},
     "numerics": {"n_x": 17},
-    "limits": {"presliding": 4},
+    "limits": {"spacings": 2.2},
     "ensemble": {"members": 2},
     "drives": [{"name": "own", "spring_stiffness": 3e6, "samples": 1}],
     "outputs": {"fit": False},
@@ -86,22 +86,38 @@ def test_a_campaign_has_it_on_request_of_each_member_in_si() -> None:
     assert found.static_friction.identical(without.static_friction)
     each = found.nanoslip.tree["drive_ensemble"].critical_velocity.values
     assert found.critical_velocity.item() == pytest.approx(each.mean())
-    assert found.critical_velocity_uncertainty.item() > 0.0
+    assert found.critical_velocity_uncertainty.item() > found.critical_velocity_shared_error.item() >= 0.0
     assert (found.critical_velocity_search.item(), found.critical_velocity_search_found_members.item()) == ("found", 2)
-    assert found.critical_stiffness_search.item() in SEARCHES
+    assert found.critical_velocity_search.item() in SEARCHES
     drive = {**CAMPAIGN["drives"][0], "stage_velocity": 1.05 * each.max()}
     faster = nanoslip.run({**CAMPAIGN, "drives": [drive]})
     assert faster.regime.item() == "slides"
 
 
+def test_of_a_short_record_it_has_no_error_and_of_a_longer_one_what_its_later_half_adds() -> None:
+    """Longer records have higher peaks: all starts of a short one are below, by 20 % where ± from starts was 0.5 %."""
+    record = nanoslip.friction_record(replace(CASE, max_presliding=None, max_events=None, max_spacings=1.0))
+    half = record.first_half
+    assert half.final_displacement == 0.5 * record.final_displacement
+    assert half.final_force == pytest.approx(
+        float(teeth(record).force(np.array([half.final_displacement]))[0]), rel=1e-9
+    )
+    assert half.highest_force == record.force_before[: len(half.displacement)].max() <= record.highest_force
+    plateaus = [replace(nanoslip.plateau_of(record), spacings=2.0)] * 2
+    assert shared_by_length(plateaus, [0.2, 0.4]) == pytest.approx(0.3)
+    assert math.isnan(shared_by_length([replace(each, spacings=1.0) for each in plateaus], [0.2, 0.4]))
+    assert math.isnan(shared_by_length(plateaus[:1], [0.2]))
+
+
 @pytest.mark.slow
 def test_try_states_the_critical_velocity_with_its_unit(main: Main) -> None:
-    words = ("radius=50", "n_x=17", "presliding=4", "members=2", "spring_stiffness=3e6", "samples=1", "fit=false")
+    words = ("radius=50", "n_x=17", "spacings=2.2", "members=2", "spring_stiffness=3e6", "samples=1", "fit=false")
     code, text, _ = main("try", *words, "--critical")
     stated = re.match(r"no stick-slip above stage velocity (\S+) ± \S+ ([\w/]+)", text)
     assert code == 0
     assert stated
     velocity = pint.Quantity(float(stated[1]), stated[2]).to("m/s").magnitude
     found = nanoslip.run({**CAMPAIGN, "outputs": {"fit": False, "critical": True}})
-    assert velocity == pytest.approx(found.critical_velocity.item(), rel=0.1)  # one digit is stated
+    rounding = found.critical_velocity_uncertainty.item()  # no digit is stated below it
+    assert velocity == pytest.approx(found.critical_velocity.item(), abs=rounding)
     assert main("try", "--critical", "--contact")[0] == 2

@@ -1,197 +1,215 @@
-"""How often ± holds: fresh cases from all over the map, eight members of a default campaign each, against long records.
+"""How often ± holds: of every number with one, in fresh cases from all over the map, against long records of other starts.
 
-`python -m tests.verification.coverage [CASES] [FIRST]` measures and writes the table, tests/verification/coverage.csv. Long
-records of other members slide over several node spacings, so that what all short records have in common shows, too.
+`python -m tests.verification.coverage [CASES] [FIRST]` measures and writes the table, tests/verification/coverage.csv; a case
+takes some seconds, and is left out where a record would take more than MOST events. A campaign of eight members with default
+limits is compared with one of other members, whose records slide over several node spacings, so that what all short records have
+in common shows, too. A path has no other length: it is compared with more starts.
 """
 
 import math
 import sys
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, Literal, NamedTuple, get_args
 
 import numpy as np
+import xarray as xr
 
-from nanoslip.solver.case import Case, Heterogeneity, SlipRule
-from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.duration import measured
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance, stiffness_of_node, surface_compliance
-from nanoslip.solver.ensemble import Ensemble, Mean, mean_of
-from nanoslip.solver.outcome import SolverError
-from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.plateau import Plateau, plateau_of, shared_by_events, shared_error
-from nanoslip.solver.sliding.record import FrictionRecord
-from nanoslip.solver.sliding.slide import slide_to_state
-from nanoslip.solver.sliding.statistics import event_statistics, shared_by_nodes
-from nanoslip.solver.sliding.validity import record_validity
-from nanoslip.study.manifest.parameters import LIMITS
+import nanoslip
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.sliding.validity import DOUBTFUL
+from nanoslip.study.manifest.cases import campaign_of
+from nanoslip.study.manifest.columns import rows_as_csv
+from nanoslip.study.plan.kinds import KINDS, quantities_of
 from tests.written_tables import show
 
+Sort = Literal["plane strain", "three dimensions", "path"]
 MEMBERS: Final = 8
-OTHERS: Final = {False: 3, True: 12}
-"""Members with long records: on equal nodes those agree after one spacing; on random nodes each is a surface of its own."""
-LONG, MOST, LEAST = 4.0, 500_000, 1.9
-"""Node spacings of a long record, its most events, and the spacings that it has to reach; else the case is left out."""
-OBSERVABLES = ("plateau", "μ_s", "μ_k", "mean step", "mean drop", "half-width", "K")
+OF_PATHS: Final = 24
+"""Members that a path is compared with."""
+SPACINGS: Final = (4.0, 2.2)
+"""Node spacings of a long record, the first that takes fewer than MOST events."""
+MOST: Final = 60_000
+"""Events of a long record: more take too long, and the case is left out."""
+OTHERS: Final = 1.0 + 1e-9
+"""Factor of the radius of the same case with other starts, which follow from it."""
 
 
-def drawn(seed: int) -> Case:
-    """A case from all over the map, its record as long as a campaign's without limits.
+class Scene(NamedTuple):
+    """One case from the map: parameters of its campaign, by key."""
 
-    Schemes, layers 0.05 to 1, ν up to 0.5, supports, slip rules, spreads, 7 to 40 nodes in contact, μ_i 0.05 to 1.
+    sort: Sort
+    case: Mapping[str, Any]
+    drive: Mapping[str, Any]
+
+
+def drawn(seed: int) -> Scene:
+    """A case from all over the map, with a drive unless its pin goes back and forth.
+
+    Schemes, layers 0.05 to 1, ν up to 0.5, slip rules, spreads, 7 to 24 nodes across, on a plane 20 to 90, μ_i 0.05 to 1.
     """
-    rng = np.random.default_rng([2029, seed])
-    scheme = str(rng.choice(["biquadratic", "galerkin", "half_plane", "strip", "strip"]))
-    endless = scheme in ("half_plane", "strip")
-    poisson = float(rng.uniform(0.0, 0.5 if endless else 0.38))
-    height = math.exp(rng.uniform(math.log(0.05), 0.0)) if scheme == "strip" else float(rng.choice([1.0, 2.0]))
-    support = "bonded" if endless else str(rng.choice(["bonded", "bonded", "right_side"]))
-    slab = Slab(int(rng.choice([33, 65])), height, poisson, support, scheme)  # type: ignore[arg-type]
-    half_width = min(math.exp(rng.uniform(math.log(7), math.log(40))) / 2 * slab.spacing, 0.35)
-    normal_load = 10.0 ** rng.uniform(-4.0, -2.5)
-    flat = rng.random() < 0.1
-    return Case(
-        intrinsic_friction=math.exp(rng.uniform(math.log(0.05), 0.0)),
-        radius=half_width**2 * math.pi / (2 * normal_load * (1 - poisson)),
-        half_width=half_width,
-        pin="flat_punch" if flat else "parabola",
-        normal_load=normal_load,
-        slab=slab,
-        slip_rule=SlipRule(
-            slip_order=str(rng.choice(["worst_first", "worst_first", "simultaneous"])),  # type: ignore[arg-type]
-            residual_shear=float(rng.choice([0.0, 0.0, 0.5, 0.9])),
-        ),
-        heterogeneity=Heterogeneity(spread=float(rng.choice([0.0, 0.0, 0.0, 0.1, 0.3]))),
-        **LIMITS,  # type: ignore[arg-type]
-    )
+    rng = np.random.default_rng([2032, seed])
+    sort: Sort = str(rng.choice(get_args(Sort), p=(0.6, 0.2, 0.2)))  # type: ignore[assignment]
+    schemes = {
+        "plane strain": ("galerkin", "biquadratic", "half_plane", "strip", "strip"),
+        "three dimensions": ("half_space", "layer"),
+        "path": ("galerkin", "half_plane", "strip", "half_space"),
+    }
+    scheme = str(rng.choice(schemes[sort]))
+    planar, grid = scheme in ("half_space", "layer"), scheme in ("galerkin", "biquadratic")
+    poisson = float(rng.uniform(0.0, 0.38 if grid else 0.5))
+    n_x = int(rng.choice((17, 25) if planar else (33, 33, 65)))
+    load = 10.0 ** rng.uniform(-3.0, -1.8)
+    across = rng.uniform(5.0, 11.0) if planar else math.exp(rng.uniform(math.log(7.0), math.log(24.0)))
+    half_width = min(0.5 * across / (n_x - 1), 0.35)
+    # Hertz: a³ = 3WR(1 - ν)/(8G) of a ball, a² = 2WR(1 - ν)/(πG) of a cylinder.
+    ball, cylinder = 8.0 * half_width**2 / (6.0 * (1.0 - poisson)), half_width**2 * math.pi / (2.0 * (1.0 - poisson))
+    case = {
+        "scheme": scheme,
+        "n_x": n_x,
+        "poisson": poisson,
+        "normal_load": 2.0 * half_width * load if planar else load,
+        "radius": (ball if planar else cylinder) / load,
+        "intrinsic_friction": math.exp(rng.uniform(math.log(0.05), 0.0)),
+        "residual_shear": float(rng.choice([0.0, 0.0, 0.5, 0.9])),
+        "spread": float(rng.choice([0.0, 0.0, 0.0, 0.1, 0.3])),
+        "members": MEMBERS,
+    }
+    if scheme in ("strip", "layer"):
+        case["aspect_ratio"] = math.exp(rng.uniform(math.log(0.2 if planar else 0.05), 0.0))
+    if sort == "path":
+        return Scene(sort, {**case, "amplitude": math.exp(rng.uniform(math.log(0.2), math.log(3.0))), "cycles": 4}, {})
+    return Scene(sort, case, _driven(rng, case))
 
 
-def driven(case: Case, record: FrictionRecord) -> Drive:
-    """A drive like the paper's on this contact: as soft a spring, as many periods, a stage that goes as far."""
-    spring = 0.004 * record.initial_stiffness
-    duration = 20.0 * 2.0 * math.pi / math.sqrt(spring)
-    return Drive(spring, 0.1, 3.0 * case.intrinsic_friction * case.normal_load / spring / duration, duration, samples=2)
+def _driven(rng: np.random.Generator, case: Mapping[str, Any]) -> dict[str, Any]:
+    """A drive in SI from soft to stiff, slow to fast; half of them have a duration, a fifth ask for the critical velocity."""
+    units, spring = Scales().units(0.5), 10.0 ** rng.uniform(-2.7, -1.3)
+    force = case["intrinsic_friction"] * case["normal_load"]
+    velocity = math.exp(rng.uniform(math.log(0.01), 0.0)) * force / math.sqrt(spring)
+    drive = {
+        "spring_stiffness": spring * units["stiffness"],
+        "pin_mass": 0.5,
+        "stage_velocity": velocity * units["velocity"],
+    }
+    if rng.random() < 0.5:
+        periods = 20.0 * 2.0 * math.pi / math.sqrt(spring)
+        drive["duration"] = (3.0 * force / (spring * velocity) + periods) * units["time"]
+    return {**drive, "critical": "true"} if rng.random() < 0.2 else drive
 
 
-class Member(NamedTuple):
-    """The OBSERVABLES of a member, NaN where there is none, and what errors of their means follow from."""
-
-    numbers: tuple[float, ...]
-    plateau: Plateau
-    node: float
-    flags: int
-    spacings: float
+def computed(scene: Scene, **changed: Any) -> xr.Dataset:
+    """The one case of a scene, with some parameters changed."""
+    given = {key: str(value) for key, value in {**scene.case, **scene.drive, **changed}.items()}
+    content = campaign_of(given, drive=bool(scene.drive))
+    outputs = {**content.get("outputs", {}), "fit": False, "trajectory": False, "records": False}
+    return nanoslip.run({**content, "outputs": outputs}, progress=False).squeeze()
 
 
-def read(case: Case, compliance: SurfaceCompliance) -> Member:
-    """One member of a case."""
-    start = initial_contact(case, compliance)
-    record, end = slide_to_state(case, compliance, start)
-    plateau, events, nan = plateau_of(record), event_statistics(record), math.nan
-    static, kinetic = nan, nan
-    if plateau.outcome.ok:
-        _, friction = measured(record, plateau, driven(case, record))
-        static, kinetic = friction.static_friction, friction.kinetic_friction
-    valid = record_validity(case, start, record, end)
-    width, stiffness = valid.contact_half_width, events.surface_stiffness
-    numbers = (plateau.mean, static, kinetic, events.mean_step, events.mean_drop, width, stiffness)
-    node = stiffness_of_node(compliance, start.contact)
-    return Member(numbers, plateau, node, valid.validity_flags, events.spacings)
-
-
-def means(members: Sequence[Member]) -> tuple[Mean, ...]:
-    """Of each of the OBSERVABLES, with the ± that a dataset states."""
-    columns, plateaus = np.array([member.numbers for member in members]).T, [member.plateau for member in members]
-    nodes = shared_by_nodes(columns[-1], float(np.mean([member.node for member in members])))
-    drift, bursts = shared_error(plateaus), shared_by_events(plateaus)
-    step, drop = (bursts * float(np.abs(columns[OBSERVABLES.index(name)].mean())) for name in OBSERVABLES[3:5])
-    shared = {"plateau": drift, "μ_k": drift, "mean step": step, "mean drop": drop, "K": nodes}
-    return tuple(mean_of(each, shared.get(name, 0.0)) for name, each in zip(OBSERVABLES, columns, strict=True))
+def known_better(scene: Scene, found: xr.Dataset) -> xr.Dataset | None:
+    """The same case from other starts, over longer records, of a path over more starts; None where that takes too long."""
+    radius = scene.case["radius"] * OTHERS
+    if scene.sort == "path":
+        return computed(scene, radius=radius, members=OF_PATHS)
+    rate = float(found["events"] / found["record_spacings"])
+    spacings = next((each for each in SPACINGS if each * rate < MOST), None)
+    if spacings is None:
+        return None
+    return computed(scene, radius=radius, seed=77, spacings=spacings, events=10 * MOST)
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One stated uncertainty: of what, and how often it would have to be taken to reach the truth."""
+    """One number with ±, and how often that would have to be taken to reach the truth."""
 
-    observable: str
+    number: str
+    sort: Sort
     case: int
     error: float
-    """|value - truth|, over the truth."""
+    """Value less truth, over the truth."""
     times: float
-    """The same over the stated uncertainty; NaN where none was stated."""
+    """The same over the ± of both; NaN where none was stated."""
     flagged: bool
     """Whether a validity flag doubts the case."""
-    ratio: float
-    """The error over the standard deviation of a start."""
-    short: bool
-    """Whether its records are shorter than two node spacings."""
+
+
+def numbers_of(found: xr.Dataset) -> list[str]:
+    """Every number that a dataset states with a ±, known or not."""
+    stated = [each for kind in KINDS.values() for each in quantities_of(kind).values() if each.ensemble]
+    return list(dict.fromkeys(each.name for each in stated if each.uncertainty in found))
 
 
 def verdicts(number: int) -> Iterator[Verdict]:
-    """± of every observable of the case of this number, and how far the mean is from that of other members' long records."""
-    case = drawn(number)
-    others, ensemble = OTHERS[case.heterogeneity.spread > 0.0], Ensemble(MEMBERS + max(OTHERS.values()))
-    long = replace(case, max_events=MOST, max_presliding=None, max_spacings=LONG, spacing_events=None)
-    try:
-        compliance = surface_compliance(case.slab)
-        known = [read(ensemble.case(case, member), compliance) for member in range(MEMBERS)]
-        if not all(LEAST * member.plateau.last_event < MOST * member.spacings for member in known):
-            return
-        truth = [read(ensemble.case(long, MEMBERS + member), compliance) for member in range(others)]
-    except SolverError:
+    """Each number of the case of this number, and how far it is from that of other starts' long records."""
+    scene = drawn(number)
+    found = computed(scene)
+    if found["outcome"].item() != "completed":
         return
-    if not all(member.spacings >= LEAST for member in truth):
+    true = known_better(scene, found)
+    if true is None or true["outcome"].item() != "completed":
         return
-    flags, short = max(member.flags for member in (*known, *truth)), min(each.plateau.spacings for each in known) < 1.5
-    for place, (name, found, true) in enumerate(zip(OBSERVABLES, means(known), means(truth), strict=True)):
-        if found.uncertainty == 0.0 and found.mean == true.mean:  # all starts agree
+    doubts = int(found["validity_flags"]) | int(true["validity_flags"])
+    for name in numbers_of(found):
+        value, truth = float(found[name]), float(true.get(name, math.nan))
+        if not (math.isfinite(value) and math.isfinite(truth)) or _differ_in_regime(name, found, true):
             continue
-        error, scatter = (
-            abs(float(found.mean - true.mean)),
-            float(np.std([each.numbers[place] for each in known], ddof=1)),
-        )
-        # The other members know the mean to their own ±.
-        stated = math.hypot(found.uncertainty, true.uncertainty)
-        times = error / stated if stated > 0.0 else math.nan
-        ratio = error / scatter if scatter > 0.0 else math.nan
-        yield Verdict(name, number, error / abs(float(true.mean)), times, flags > 0, ratio, short)
+        stated, its = (float(each[f"{name}_uncertainty"]) for each in (found, true))
+        if value == truth and math.isnan(stated):  # all starts agree
+            continue
+        # The truth is known to its own ±, where that is; if not, to nothing that would excuse an error.
+        both = math.hypot(stated, its if math.isfinite(its) else 0.0)
+        error = value - truth
+        yield Verdict(name, scene.sort, number, error / abs(truth or 1.0), error / both, bool(doubts & DOUBTFUL))
 
 
-def table(found: list[Verdict]) -> Iterator[list[object]]:
-    """Coverage by observable: how often one and two ± hold, how large errors are, and how often no ± is stated."""
+def _differ_in_regime(name: str, found: xr.Dataset, true: xr.Dataset) -> bool:
+    """True of a number of one regime where starts have others: the regime is the answer then."""
+    words = {each.name: each.alike for kind in KINDS.values() for each in quantities_of(kind).values() if each.alike}
+    return name in words and found[words[name]].item() != true[words[name]].item()
+
+
+def table(found: Sequence[Verdict]) -> Iterator[list[object]]:
+    """Coverage by number: how often one and two ± hold, how large errors are, and how often no ± is stated."""
     groups: dict[str, list[Verdict]] = defaultdict(list)
     for verdict in found:
-        groups[verdict.observable].append(verdict)
-    yield ["of", "cases", "± holds", "2 ± holds", "largest error over ± without flag", "median error", "not stated"]
-    for observable, group in groups.items():
-        times, errors = np.array([each.times for each in group]), np.array([each.error for each in group])
-        stated = np.isfinite(times)
-        one, two = coverage(times)
-        missing = 1.0 - stated.mean()
-        middle = np.median(errors[stated]) if stated.any() else math.nan
-        pairs = zip((one, two, middle), (".0%", ".0%", ".2%"), strict=True)
-        shares = ("–" if math.isnan(share) else f"{share:{form}}" for share, form in pairs)
-        largest = max(
-            (each.times for each in group if not each.flagged and math.isfinite(each.times)), default=math.nan
-        )
-        one, two, middle = shares
-        yield [observable, len(group), one, two, f"{largest:.1f}", middle, f"{missing:.0%}"]
+        groups[verdict.number].append(verdict)
+    yield [
+        "of",
+        "cases",
+        "± holds",
+        "2 ± holds",
+        "mean error over ±",
+        "largest without flag",
+        "median error",
+        "not stated",
+    ]
+    for name, group in groups.items():
+        times = np.array([each.times for each in group])
+        stated = times[np.isfinite(times)]
+        errors = np.abs([each.error for each in group if math.isfinite(each.times)])
+        plain = [abs(each.times) for each in group if not each.flagged and math.isfinite(each.times)]
+        once, twice = coverage(times)
+        shares = [f"{once:.0%}", f"{twice:.0%}", f"{stated.mean():.1f}"] if len(stated) else ["–"] * 3
+        largest = f"{max(plain):.1f}" if plain else "–"
+        middle = f"{np.median(errors):.2%}" if len(errors) else "–"
+        yield [name, len(group), *shares, largest, middle, f"{1.0 - len(stated) / len(group):.0%}"]
 
 
 def coverage(times: np.ndarray) -> tuple[float, float]:
     """Share of stated uncertainties that hold once, and twice, as an average over what was stated."""
-    stated = times[np.isfinite(times)]
+    stated = np.abs(times[np.isfinite(times)])
     return (float(np.mean(stated <= 1.0)), float(np.mean(stated <= 2.0))) if len(stated) else (math.nan, math.nan)
 
 
 if __name__ == "__main__":
-    wanted, number = (int(given) for given in (*sys.argv[1:], *("200", "0")[len(sys.argv) - 1 :]))
-    found, taken = list[Verdict](), 0
+    wanted, number = (int(given) for given in (*sys.argv[1:], *("60", "0")[len(sys.argv) - 1 :]))
+    found, taken, path = list[Verdict](), 0, Path(__file__).with_suffix(".csv")
     while taken < wanted:
         new = list(verdicts(number))
-        taken, number, found = taken + bool(new), number + 1, found + new
-        print(f"case {number - 1}: {taken if new else 'left out'}", file=sys.stderr, flush=True)
-    show(table(found), Path(__file__).with_suffix(".csv"))
+        taken, found = taken + bool(new), found + new
+        path.write_text(rows_as_csv(table(found)), "utf-8")  # an interrupted run leaves what it has
+        print(f"case {number}, {drawn(number).sort}: {taken if new else 'left out'}", file=sys.stderr, flush=True)
+        number += 1
+    show(table(found))

@@ -1,6 +1,6 @@
 """Where initial contact is forgotten: means over steady parts that begin after so many presliding lengths, and are so long.
 
-`python -m tests.verification.run_in [CASES]` measures cases of `coverage` and writes tests/verification/run_in.csv. The
+`python -m tests.verification.run_in [CASES]` measures them and writes tests/verification/run_in.csv. The
 reference is the mean over the same starts from 3 to 24 presliding lengths: what differs from it is memory of initial contact, and
 the part of a node spacing that the pin has seen.
 """
@@ -12,17 +12,51 @@ from pathlib import Path
 
 import numpy as np
 
+from nanoslip.solver.case import Case, Heterogeneity, SlipRule
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of
+from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.slide import slide
-from tests.verification.coverage import MEMBERS, drawn
+from nanoslip.study.manifest.parameters import LIMITS
 from tests.written_tables import show
 
 BEGINS = (0.5, 1.0, 1.5, 2.0, 3.0)
 LENGTHS = (2.0, 4.0, 6.5, 12.0)
 REFERENCE = (3.0, 24.0)
 MOST_EVENTS = 60_000
+MEMBERS = 8
+
+
+def drawn(seed: int) -> Case:
+    """A case from all over the map, its record as long as a campaign's without limits.
+
+    Schemes, layers 0.05 to 1, ν up to 0.5, supports, slip rules, spreads, 7 to 40 nodes in contact, μ_i 0.05 to 1.
+    """
+    rng = np.random.default_rng([2029, seed])
+    scheme = str(rng.choice(["biquadratic", "galerkin", "half_plane", "strip", "strip"]))
+    endless = scheme in ("half_plane", "strip")
+    poisson = float(rng.uniform(0.0, 0.5 if endless else 0.38))
+    height = math.exp(rng.uniform(math.log(0.05), 0.0)) if scheme == "strip" else float(rng.choice([1.0, 2.0]))
+    support = "bonded" if endless else str(rng.choice(["bonded", "bonded", "right_side"]))
+    slab = Slab(int(rng.choice([33, 65])), height, poisson, support, scheme)  # type: ignore[arg-type]
+    half_width = min(math.exp(rng.uniform(math.log(7), math.log(40))) / 2 * slab.spacing, 0.35)
+    normal_load = 10.0 ** rng.uniform(-4.0, -2.5)
+    flat = rng.random() < 0.1
+    return Case(
+        intrinsic_friction=math.exp(rng.uniform(math.log(0.05), 0.0)),
+        radius=half_width**2 * math.pi / (2 * normal_load * (1 - poisson)),
+        half_width=half_width,
+        pin="flat_punch" if flat else "parabola",
+        normal_load=normal_load,
+        slab=slab,
+        slip_rule=SlipRule(
+            slip_order=str(rng.choice(["worst_first", "worst_first", "simultaneous"])),  # type: ignore[arg-type]
+            residual_shear=float(rng.choice([0.0, 0.0, 0.5, 0.9])),
+        ),
+        heterogeneity=Heterogeneity(spread=float(rng.choice([0.0, 0.0, 0.0, 0.1, 0.3]))),
+        **LIMITS,  # type: ignore[arg-type]
+    )
 
 
 def means(number: int) -> dict[tuple[float, float], np.ndarray] | None:
