@@ -21,7 +21,7 @@ import nanoslip
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.sliding.validity import DOUBTFUL
 from nanoslip.study.manifest.cases import campaign_of
-from nanoslip.study.manifest.columns import rows_as_csv
+from nanoslip.study.measured.columns import rows_as_csv
 from nanoslip.study.plan.kinds import KINDS, quantities_of
 from tests.written_tables import show
 
