@@ -17,7 +17,7 @@ import xarray as xr
 from nanoslip.solver.parameter import require
 from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor, file
-from nanoslip.study.dataset.collect import collect, losses
+from nanoslip.study.dataset.collect import collect, is_made_of, losses, made_of, write_state
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.dataset.join import joined
 from nanoslip.study.inference.campaign import question_of
@@ -123,12 +123,16 @@ def run(
         )
         if failed := ended.failed + ended.given_up:
             _warn(3, f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)")
-        path = folder / file.FILE
-        collected = collect(plan, ended.store)
-        ended.store.prepare()  # sets aside what could not be read
-        if lost := losses(path, collected):
-            raise StoreError(f"{path}: not replaced: has {'; '.join(lost)}; run again to continue")
-        file.write_netcdf(collected, path)
+        path, made = folder / file.FILE, made_of(plan.manifest, ended.store)
+        if not (is_made_of(path, ended.store, made) and file.has_its_bytes(path)):
+            collected = collect(plan, ended.store)
+            ended.store.prepare()  # sets aside what could not be read
+            if lost := losses(path, collected):
+                raise StoreError(f"{path}: not replaced: has {'; '.join(lost)}; run again to continue")
+            if kept := file.keep_edited(path):
+                _warn(3, f"{kept}: the dataset that somebody has changed since it was collected")
+            file.write_netcdf(collected, path)
+            write_state(path, ended.store, made)
         if out is not None:
             return file.open_dataset(path)
         with file.open_dataset(path) as opened:

@@ -55,6 +55,9 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, replace: bool = 
         run, anyway = typed_command("run", campaign, into), typed_command("collect", campaign, into, "--replace")
         cure = f"{run} computes what is missing, {anyway} writes the dataset without it"
         raise FewerFinishedError(f"{path}: not replaced: has {'; '.join(lost)}; has the campaign changed? {cure}")
+    kept = file.keep_edited(path)
+    if kept:
+        note(f"{kept}: the dataset that somebody has changed since it was collected", stderr=True)
     file.write_netcdf(collected, path)
     write_state(path, store, made_of(plan.manifest, store))
     _print(collected, path)
@@ -65,6 +68,7 @@ def print_written(manifest: Manifest, store: Store) -> bool:
     """Print the existing dataset if it is up to date with the results and lacks none; returns whether that is so."""
     path = store.folder.parent / file.FILE
     if is_made_of(path, store, made_of(manifest, store)):
+        file.require_closed(path)
         with suppress(StoreError), file.reading(path) as found:  # else it was damaged
             if not pending_in(found):
                 _print(found, path)

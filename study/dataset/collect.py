@@ -30,7 +30,16 @@ from nanoslip.solver.parameter import Quantity, attributes
 from nanoslip.solver.sliding.validity import advice_on, expected_flags, flags_in, mask_of
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.file import FORMAT, MIXED, VERSION, DatasetFormatError, carrying, reading, seal_of
+from nanoslip.study.dataset.file import (
+    FORMAT,
+    MIXED,
+    VERSION,
+    DatasetFormatError,
+    carrying,
+    is_edited,
+    reading,
+    seal_of,
+)
 from nanoslip.study.dataset.variables import DRIVE, Group, Runs, Series, in_si_too, parameters, scalars, texts
 from nanoslip.study.manifest.cases import CampaignCase, Heard, labels_of
 from nanoslip.study.manifest.manifest import Manifest
@@ -550,11 +559,14 @@ def made_of(manifest: Manifest, store: Store) -> str:
 
 
 def is_made_of(path: Path, store: Store, expected: str) -> bool:
-    """True if the file is the last one written, from exactly these results. Its bytes are checked when it is opened."""
+    """True if the file is the last one written, from exactly these results, whether somebody has edited it since or not.
+
+    Its bytes are checked when it is opened.
+    """
     try:
         said = json.loads(files.read_bytes(store.folder / NOTE))
-        return bool(said == _state_of(path, expected))
-    except (OSError, ValueError, RecursionError):
+        return bool(said == _state_of(path, expected)) or (said["made_of"] == expected and is_edited(path))
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return False
 
 

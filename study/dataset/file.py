@@ -5,7 +5,7 @@ import hashlib
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,7 +18,7 @@ import xarray as xr
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset import texts
 from nanoslip.study.dataset.texts import TEXTS, TextsByName, are_stored, are_texts
-from nanoslip.study.results.files import NO_FILE, write_to, written_whole
+from nanoslip.study.results.files import NO_FILE, free_name, is_no_file, open_regular, write_to, written_whole
 from nanoslip.study.results.store import StoreError
 
 # The last line of a dataset's file: a checksum of all before it. netCDF ignores it; whoever changes the file removes it.
@@ -53,6 +53,54 @@ def _digest(path: Path, length: int) -> str:
             found.update(chunk)
             length -= len(chunk)
     return found.hexdigest()
+
+
+def has_its_bytes(path: Path) -> bool:
+    """True if no byte of a file has changed since it was collected, or if it is edited."""
+    try:
+        check_seal(path)
+    except (StoreError, OSError):
+        return False
+    return True
+
+
+def is_edited(path: Path) -> bool:
+    """True if somebody has changed a dataset since it was collected: a library that writes to it removes its last line.
+
+    False for a damaged file, and for one that is none of nanoslip's.
+    """
+    try:
+        if is_no_file(path) or seal_of(path) is not None:
+            return False
+        with netCDF4.Dataset(path) as found:
+            return FORMAT in found.ncattrs()
+    except _REFUSALS:
+        return False
+
+
+def keep_edited(path: Path) -> Path | None:
+    """Give an edited dataset another name before it is written anew, so that no edit is lost. Raises OSError."""
+    if not is_edited(path):
+        return None
+    kept = free_name(path)
+    path.rename(kept)
+    return kept
+
+
+def require_closed(path: Path) -> None:
+    """Raise StoreError if another program has a file open for writing: HDF5 locks it. No lock is asked of other systems."""
+    with suppress(ImportError, FileNotFoundError):
+        import fcntl  # noqa: PLC0415  not everywhere
+
+        with os.fdopen(open_regular(path), "rb") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise StoreError(
+                    f"{path}: open for writing in another program, a notebook perhaps: close it there"
+                ) from None
+            except OSError:  # a file system without locks
+                return
 
 
 # The groups of a dataset beside its root: records, event sizes, trajectories, contacts, the inside of the slab, the software.
@@ -211,6 +259,8 @@ def _encoding(variable: xr.Variable, coordinate: bool) -> dict[str, Any]:
     return found | {"_FillValue": None} if coordinate and variable.dtype.kind == "f" else found
 
 
+ROOM: Final = 1 << 20
+"""Bytes that a disk takes that is not full."""
 FILE: Final = "results.nc"
 FORMAT: Final = "nanoslip_format"
 VERSION: Final = 5
@@ -235,9 +285,15 @@ def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
     """Write the dataset and its groups as netCDF-4, whole or not at all. Raises StoreError, LostGroupsError."""
     tree = tree_of(dataset)
     try:
+        if path.is_file():
+            require_closed(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         with written_whole(path) as scratch:
-            write_tree(tree, scratch)
+            try:
+                write_tree(tree, scratch)
+            except RuntimeError:
+                write_to(scratch, [bytes(ROOM)], os.O_APPEND)  # netCDF does not say that the disk is full; this does
+                raise
             seal(scratch)
     except _REFUSALS as error:
         raise StoreError(f"{path}: cannot be written: {_reason(error)}") from None
@@ -251,6 +307,8 @@ def open_dataset(path: Path) -> xr.Dataset:
     try:
         if os.path.lexists(path) and not path.is_file():  # to read a pipe would never end
             raise OSError(errno.EINVAL, NO_FILE)
+        if path.is_file() and not path.is_symlink():
+            require_closed(path)
         if path.stat().st_size <= MOST_CHECKED:
             check_seal(path)
         root, groups = open_groups(path)

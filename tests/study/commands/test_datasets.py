@@ -11,6 +11,7 @@ from pathlib import Path
 import netCDF4
 import pytest
 
+import nanoslip as nanoslip_here
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.sliding.validity import FLAGS
@@ -110,6 +111,46 @@ def test_a_dataset_that_may_not_be_read_is_not_replaced(ask, finished, monkeypat
         True,
     )
     assert ask("collect", "--replace")[0] == 0
+
+
+# What somebody has added to a dataset stays.
+
+
+def annotate(path: Path) -> None:
+    with netCDF4.Dataset(path, "a") as found:
+        found.setncattr("comment", "left rig")
+
+
+def test_a_current_dataset_keeps_what_somebody_has_added(run, campaign, finished):
+    path = finished / file.FILE
+    annotate(path)
+    whole = path.read_bytes()
+    assert run()[0] == 0
+    with nanoslip_here.run(campaign, finished) as found:
+        assert found.attrs["comment"] == "left rig"
+    assert path.read_bytes() == whole
+
+
+def test_an_edited_dataset_that_is_written_anew_is_kept(run, campaign, finished):
+    annotate(finished / file.FILE)
+    whole = (finished / file.FILE).read_bytes()
+    campaign.write_text(f"{campaign.read_text()}\n# the same cases, another text\n")
+    code, _, errors = run()
+    aside = finished / f"{file.FILE}.set-aside-1"
+    assert (code, str(aside) in errors.replace("\n", ""), aside.read_bytes() == whole) == (0, True, True)
+    with nanoslip_here.open(finished) as found:
+        assert "comment" not in found.attrs
+
+
+def test_a_dataset_that_is_open_for_writing_is_named_so_and_not_replaced(run, campaign, finished, main):
+    path = finished / file.FILE
+    with netCDF4.Dataset(path, "a") as held:
+        held.setncattr("comment", "left rig")
+        for code, _, errors in (run(), main("show", campaign, "--out", finished), main("compare", path, path)):
+            assert (code, "open for writing" in " ".join(errors.split()), "damaged" in errors) == (2, True, False)
+    assert run()[0] == 0
+    with nanoslip_here.open(finished) as found:
+        assert found.attrs["comment"] == "left rig"
 
 
 # Compared, case by case: exit code 0 within uncertainties, 1 beyond, 2 where there is nothing to compare.
