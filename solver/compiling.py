@@ -19,6 +19,8 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
+from nanoslip.solver.cache_folder import private_folders, require_own_folder
+
 __all__ = ["dispatcher_of", "listening", "source_stamp"]
 
 KERNEL_FILES: Final = ("compiled.py", "compiling.py", "*/kernels/*.py")
@@ -36,6 +38,8 @@ def dispatcher_of(function: Callable[..., object], allocates: bool, options: dic
     # With fastmath bits depend on what is optimized together: such a kernel is optimized by itself.
     compiler = _PartCompiler if internal and "fastmath" not in options else Compiler
     dispatcher: Any = njit(**{"nogil": True, "_nrt": allocates, **options}, pipeline_class=compiler)(function)
+    if dispatcher is function:  # NUMBA_DISABLE_JIT: nothing is compiled
+        return dispatcher
     with suppress(RuntimeError, OSError):  # no folder to keep it in, or no files to watch
         dispatcher._cache = _KernelCache(function, internal)  # what njit(cache=True) does, with a cache of our own
     return dispatcher
@@ -93,8 +97,11 @@ class _StampedResults(CompileResultCacheImpl):
     """Compiled functions on disk, valid for the `source_stamp` of their folder."""
 
     def __init__(self, function: Callable[..., object]) -> None:
-        super().__init__(function)
-        self.locator.get_source_stamp = partial(source_stamp, Path(function.__code__.co_filename).parent)
+        source = Path(function.__code__.co_filename)
+        with private_folders():
+            super().__init__(function)
+        require_own_folder(Path(self.locator.get_cache_path()), source)
+        self.locator.get_source_stamp = partial(source_stamp, source.parent)
 
 
 _CUT: Final = (EOFError, UnpicklingError)
