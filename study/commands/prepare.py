@@ -383,7 +383,7 @@ def _submit(scripts: list[Path]) -> int:
             raise Refusal("sbatch: not found; is this a machine of the cluster?") from None
         if done.returncode:
             sys.stdout.write(done.stdout)
-            return done.returncode
+            raise Refusal(f"sbatch: exit code {done.returncode}: {whole(path)} was not submitted")
         number = done.stdout.strip().partition(";")[0]  # before the cluster's name
         note(f"Submitted batch job {number}")
         before = [f"--dependency=afterany:{number}"]

@@ -28,7 +28,8 @@ _TITLE: Final = "title"
 _MANIFEST: Final = "manifest"
 _IN_WORDS: Final = (_TITLE, "manifest_sha256", *(each.name for each in fields(Origin)))
 """Attributes of a dataset that are texts; a manifest and files that it names have lines."""
-_OF_VARIABLES: Final = ("long_name", "units", "symbol", "comment", "ancillary_variables", "flag_meanings")
+_MEANING: Final = "long_name"
+_OF_VARIABLES: Final = (_MEANING, "units", "symbol", "comment", "ancillary_variables", "flag_meanings")
 """Attributes of variables that are texts."""
 
 Content = Mapping[str, xr.Dataset]
@@ -98,6 +99,8 @@ def _of_variable(name: str, variable: xr.Variable) -> Iterator[str]:
             yield f"{printable(str(key), _MOST)}: needs {ONE_LINE}"
         elif key in _OF_VARIABLES and not isinstance(value, str):
             yield f"{key}: needs a text"
+        elif key == _MEANING and not value.strip():
+            yield f"{key}: needs a text that is not empty"
     if are_texts(variable):
         yield from _of_texts(variable.values)
     elif variable.dtype.kind not in "iufb":
@@ -105,11 +108,19 @@ def _of_variable(name: str, variable: xr.Variable) -> Iterator[str]:
     known, words = variables.by_name().get(name), name in _texts()
     if known and are_texts(variable) != words and (words or known.units):
         yield f"needs {'texts' if words else 'numbers'}"
+    if name in _errors() and variable.dtype.kind == "f" and bool((variable.values < 0.0).any()):
+        yield "needs errors from 0 on"
     if name in _whole() and variable.dtype.kind not in "iu":
         yield "needs whole numbers"
     counted = name in {variables.MEMBERS.name, variables.DRIVE_MEMBERS.name} | _whole() - {variables.VALIDITY.name}
     if counted and not bool(np.all(np.isnan(variable) | _counts(variable.values))):
         yield "needs whole numbers from 0 on"
+
+
+@cache
+def _errors() -> set[str]:
+    """Variables over the cases that are the ± of another one."""
+    return {each.uncertainty for kind in KINDS for _, each in variables.scalars(kind) if each.uncertainty}
 
 
 @cache

@@ -76,6 +76,11 @@ def typeset(text: str) -> str:
     return SYMBOL.sub(r"$\1_{\2}$", text.replace("$", r"\$"))
 
 
+def in_a_figure(value: Any) -> str:
+    """A value of a coordinate as text in a figure: what matplotlib takes for a formula in a name is none."""
+    return in_text(value).replace("$", r"\$")
+
+
 def in_text(value: Any) -> str:
     """A value of a coordinate, as short as it can be: 0.25, 200, 3e4."""
     if not isinstance(value, float) or not math.isfinite(value):

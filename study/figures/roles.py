@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from nanoslip.study.figures.points import Points, in_text, ordered, unevenness
+from nanoslip.study.figures.points import Points, in_a_figure, in_text, ordered, unevenness
 
 # Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
 
@@ -136,7 +136,7 @@ def set_axis(axis: Any, points: Points, name: str) -> None:
     """Scale and ticks of an axis (matplotlib's) along which a coordinate runs."""
     values = values_of(points, name)
     if points.axes[name].dtype.kind in "Ob":
-        axis.set_ticks(range(len(values)), list(map(in_text, values)))
+        axis.set_ticks(range(len(values)), list(map(in_a_figure, values)))
         return
     if begins_with_zero(points.axes[name]):
         least, most = values[1], values[-1]

@@ -14,7 +14,7 @@ from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.study.figures.points import Points, hyphenated, in_symbols, in_text, label, symbol_and_unit, typeset
+from nanoslip.study.figures.points import Points, hyphenated, in_a_figure, in_symbols, label, symbol_and_unit, typeset
 from nanoslip.study.figures.roles import Roles, axis_sizes, held_at, is_logarithmic, places_of, set_axis, values_of
 from nanoslip.study.figures.shared import COLORS, REGIME_COLORS, WIDTH, column, edges, legend, series_styles
 
@@ -98,7 +98,11 @@ def draw_scattered(points: Points, make: Callable[..., Figure] = Figure) -> Figu
 def _draw_lines(axes: Any, points: Points, here: Points, roles: Roles) -> None:
     """One line for each value of the hue, points alone over words."""
     line = points.axes[roles.x].dtype.kind not in "Ob"
-    hues = [(in_text(value), {roles.hue: value}) for value in values_of(points, roles.hue)] if roles.hue else [("", {})]
+    hues = (
+        [(in_a_figure(value), {roles.hue: value}) for value in values_of(points, roles.hue)]
+        if roles.hue
+        else [("", {})]
+    )
     for style, (name, hue) in zip(series_styles(), hues, strict=False):
         series = held_at(here, hue)
         _draw_series(axes, points, series, places_of(points, roles.x, series), style, name, line)

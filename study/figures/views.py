@@ -114,7 +114,7 @@ def views_of(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
     runs = runs_of(dataset, family.group, family.need)
     shown = [runs[position] for position in spread([run.label for run in runs], MOST_RUNS)]
     counted = "all" if len(shown) == len(runs) else f"{len(shown)} of {len(runs)}, spread over all axes"
-    numbers = cache(partial(family.columns, dataset))  # a figure shows a run, and a file holds it
+    numbers = cache(partial(_columns_to_draw, family, dataset))  # a figure shows a run, and a file holds it
     if family.together and len(shown) > 1:
         draw = partial(_drawn, family, numbers, shown)
         yield View(f"{family.name}_together", f"{caption}: {counted}.", draw, partial(_joined, numbers, shown))
@@ -127,6 +127,23 @@ def views_of(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
             yield f"Drawn: {counted}."
     if family.need:
         yield from _remark_on_missing(family.need, len(runs), len(runs_of(dataset, family.group)))
+
+
+FARTHEST_DRAWN: Final = 1e150
+"""Largest number in a figure: squares and widths of what is larger overflow in matplotlib."""
+
+
+def _columns_to_draw(family: RunFamily, dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
+    """Columns of a run, NaN where a number is too large to be drawn: somebody has put it into the file."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        columns = family.columns(dataset, run)
+    return {name: _drawable(values) for name, values in columns.items()}
+
+
+def _drawable(values: NDArray[Any]) -> NDArray[Any]:
+    if values.dtype.kind != "f":
+        return values
+    return np.where(np.abs(values) <= FARTHEST_DRAWN, values, np.nan)
 
 
 def _remark_on_missing(need: RunNeed, drawable: int, every: int) -> Iterator[str]:

@@ -106,7 +106,7 @@ _LATERAL: Final = re.compile(
 )
 _HEIGHT: Final = re.compile(r"^[zyh]$|height|profile|topograph|raw|depth|amplitude|h(ö|oe)he|profil", re.IGNORECASE)
 """Names of the columns of a profile."""
-_STATED: Final = re.compile(r"^#\s*(Width|Height|Value units):[ \t]*(.+?)\s*$", re.MULTILINE)
+_STATED: Final = re.compile(r"^#[ \t]*(Width|Height|Value units):[ \t]*+(.*\S)", re.MULTILINE)
 """Size and unit of an image above its matrix of heights, as Gwyddion writes them."""
 
 

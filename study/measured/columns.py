@@ -20,24 +20,30 @@ from nanoslip.solver.outcome import InvalidInput, quoted
 from nanoslip.study.measured.units import factor
 
 _SEPARATORS: Final = (
-    ("semicolons", re.compile(r"\s*;\s*"), True),
-    ("tabs", re.compile(r" *\t *"), True),
+    ("semicolons", re.compile(r"(?<!\s)\s*;\s*"), True),
+    ("tabs", re.compile(r"(?<! ) *\t *"), True),
     ("commas", re.compile(r'"\s*,\s*"|,\s+'), True),
-    ("commas", re.compile(r"\s*,\s*"), False),
+    ("commas", re.compile(r"(?<!\s)\s*,\s*"), False),
     ("spaces", re.compile(r"\s+"), True),
 )
-"""Separators of numbers, with True if a comma within a number is then its decimal point."""
+"""Separators of numbers, with True if a comma within a number is then its decimal point.
+
+A separator begins where no space is before it: else a run of spaces would be passed again from each of them.
+"""
 _SPACES: Final = len(_SEPARATORS) - 1
 _NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ed][-+]?\d+)?", re.IGNORECASE)
 """A finite number; D begins the exponent of a double in Fortran."""
-_HOLE: Final = re.compile(r"[^a-df-z]*(?:nan|inf|n/?a|null|none)?[^a-z]*", re.IGNORECASE)
+_HOLE: Final = re.compile(r"[^a-df-z]*+(?:nan|inf|n/?a|null|none)?[^a-z]*+", re.IGNORECASE)
 """Cell of a line of numbers that has none there: no word but these."""
 _COMMENT: Final = ("#", "%")
-_IN_HEADERS: Final = tuple(map(re.compile, (r"\s{2,}|\t", r"(?<=[\])])\s*[,;]?\s*(?=\S)", r"[,;]\s*", r"\s+(?![\[(])")))
+_IN_HEADERS: Final = tuple(
+    map(re.compile, (r"\s{2,}|\t", r"(?<=[\])])\s*+[,;]?\s*+(?=\S)", r"[,;]\s*", r"\s+(?![\[(])"))
+)
 """Separators of names above numbers that are separated differently."""
 _SECTION: Final = re.compile(r"^\[[^\]]*\]\s+(?=[^\[\s])")
-_IN_BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
-_UNIT_BEHIND: Final = re.compile(r"(.+?)(?:\s+in\s+|\s*/\s*|[_,\s]+)([^\W\d]+)")
+_IN_BRACKETS: Final = re.compile(r"(.*?)\s?[\[(]\s?([^\])]*?)\s?[\])]\s?")
+_UNIT_BEHIND: Final = re.compile(r"(.+?)(?:\sin\s|\s?/\s?|[_,\s]{1,3})([^\W\d]+)")
+"""Both are for names in which no space follows another."""
 _UNIT: Final = re.compile(r"[A-Za-zµμÅ]{1,15}")
 _LOOKED_AT: Final = 10_000
 """Number of lines from which the separator of numbers is determined."""
@@ -329,10 +335,11 @@ def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
 
 def _title(label: str) -> tuple[str, str]:
     """Name and unit of a label: `time [s]`, `F (mN)`, `t/ms`, `x_um`, `Weg in mm`. Square brackets always hold a unit."""
-    found = _IN_BRACKETS.fullmatch(label)
+    short = " ".join(label.split())
+    found = _IN_BRACKETS.fullmatch(short)
     if found and (found[2] in ("", "1", "-") or label.endswith("]") or is_unit(found[2])):
         return found[1], found[2]
-    found = _UNIT_BEHIND.fullmatch(label)
+    found = _UNIT_BEHIND.fullmatch(short)
     return (found[1], found[2]) if found and dimension_of(found[2]) else (label, "")
 
 

@@ -236,6 +236,23 @@ def test_a_file_of_another_format_is_refused_with_what_reads_it(tmp_path, has, s
         file.open_dataset(tmp_path / "old.nc")
 
 
+def test_a_disk_that_is_full_while_a_dataset_is_written_is_named(tmp_path: Path, environment: dict[str, str]) -> None:
+    """netCDF alone reports an `HDF error`. A limit of this process stands for the disk's."""
+    program = (
+        "import resource, signal, sys, numpy as np, xarray as xr\n"
+        "from pathlib import Path\n"
+        "from nanoslip.study.dataset import file\n"
+        "data = file.carrying(xr.Dataset({'a': ('x', np.random.default_rng(1).random(10**6))}), {})\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (10**6, 10**6))\n"
+        "try:\n    file.write_netcdf(data, Path(sys.argv[1]))\nexcept file.StoreError as error:\n    print(error)\n"
+    )
+    words = [sys.executable, "-c", program, str(tmp_path / "results.nc")]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=100, check=False)
+    assert done.stdout.endswith("results.nc: cannot be written: File too large\n"), done.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def test_collect_does_not_replace_a_dataset_of_another_format(main: Main, campaign: Path, tmp_path: Path):
     """Its results may not be read any more, so that it could not be made again."""
     path = tmp_path / file.FILE

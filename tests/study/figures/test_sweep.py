@@ -35,6 +35,7 @@ from nanoslip.study.figures.roles import (
     values_of,
     zipped_as_one,
 )
+from nanoslip.study.figures.shared import image
 from nanoslip.study.figures.sweep import FAILED_COLOR, SHORTEST, UNSURE, draw_scattered, figure_of
 from tests.study.figures.cases import listed, product
 
@@ -286,6 +287,21 @@ def crosses(figure: Figure) -> list[tuple[float, float]]:
         if line.get_color() == FAILED_COLOR
         for place in zip(*map(list, line.get_data()), strict=True)
     ]
+
+
+@pytest.mark.parametrize("axes", [("drive", "radius"), ("radius", "drive"), ("drive",)])
+def test_names_are_no_formulas(axes: tuple[str, ...]) -> None:
+    """What stands between dollars would be one for matplotlib, and this one is wrong."""
+    values = {"radius": [1.0, 2.0, 3.0], "drive": ["k=$k_$", "a$b", "$$"]}
+    points = points_of(
+        product(
+            lambda drive, **_: np.arange(float(drive.size)).reshape(drive.shape),
+            **{name: values[name] for name in axes},
+        ),
+        "plateau_mean",
+    )
+    drawn = image(figure_of(points, roles_of(points)), "svg").decode()
+    assert all(name in drawn for name in values["drive"])
 
 
 def test_lines_hold_the_values_in_the_order_of_x() -> None:
