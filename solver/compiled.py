@@ -35,8 +35,7 @@ class Kernel:
         return self.dispatcher._numba_type_
 
     def __call__(self, *arguments: object) -> object:
-        # With NUMBA_DISABLE_JIT kernels are Python's own functions, which call each other.
-        if not self.entry and self.dispatcher is not self.py_func:
+        if not self.entry:
             raise TypeError(f"{self.py_func.__name__}: a kernel that Python calls is declared with entry=True")
         try:
             return self.dispatcher(*arguments)

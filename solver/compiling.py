@@ -38,8 +38,8 @@ def dispatcher_of(function: Callable[..., object], allocates: bool, options: dic
     # With fastmath bits depend on what is optimized together: such a kernel is optimized by itself.
     compiler = _PartCompiler if internal and "fastmath" not in options else Compiler
     dispatcher: Any = njit(**{"nogil": True, "_nrt": allocates, **options}, pipeline_class=compiler)(function)
-    if dispatcher is function:  # NUMBA_DISABLE_JIT: nothing is compiled
-        return dispatcher
+    if dispatcher is function:
+        raise RuntimeError("NUMBA_DISABLE_JIT: needs to be unset, as kernels work on numba's records")
     with suppress(RuntimeError, OSError):  # no folder to keep it in, or no files to watch
         dispatcher._cache = _KernelCache(function, internal)  # what njit(cache=True) does, with a cache of our own
     return dispatcher

@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Self
 
+from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study import processor
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.notices import print_notice
@@ -129,7 +130,13 @@ class Program:
 
 
 def task_program(out: Path) -> Program:
-    """Program that computes the tasks of a campaign in its processes, with the results in this folder."""
+    """Program that computes the tasks of a campaign in its processes, with the results in this folder.
+
+    Raises InvalidInput if numba is told not to compile, as each task would fail.
+    """
+    name = "NUMBA_DISABLE_JIT"
+    if os.environ.get(name, "0") != "0":
+        raise InvalidInput(name, os.environ[name], "to be unset: kernels do not work without numba's compiler")
     return Program("nanoslip.study.run.executor", "executor", out.absolute())
 
 

@@ -212,6 +212,12 @@ def test_a_dataset_in_which_a_case_is_pending_is_not_exit_code_0(run, monkeypatc
     assert run()[0] == 0
 
 
+def test_a_run_without_numbas_compiler_is_refused_and_no_task_fails(run, out, monkeypatch):
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    code, _, errors = run()
+    assert (code, errors.count("NUMBA_DISABLE_JIT"), out.exists()) == (2, 1, False)
+
+
 def test_a_full_disk_is_one_message_and_exit_code_2(run, out, monkeypatch):
     with monkeypatch.context() as once:
         without(once, "record", StoreError("results: cannot write it: No space left on device"))
