@@ -338,7 +338,8 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
         found = plans.standing(campaign, out)  # what is wrong with it is better known before the queue than after
         settings, template = load_site(used)
         into = _plain(folder_of(campaign, out))
-        job = Job(_plain(campaign), into)
+        memory = max(map(expectations.need_of, found.remaining), default=0.0)
+        job = Job(_plain(campaign), into, memory)
         if shards is None:
             texts = {into / "job.sh": script(job, settings, template)}
         else:

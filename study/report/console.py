@@ -8,7 +8,7 @@ import textwrap
 import time
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -196,9 +196,18 @@ def _plain(letter: str) -> bool:
 def console(stderr: bool = False, unlimited: int = WIDE) -> Console:
     """Standard output or error as a console of rich: as wide as the terminal or COLUMNS, `unlimited` without either."""
     found = Console(stderr=stderr, highlight=False, markup=False)
-    if not (found.is_terminal or os.environ.get("COLUMNS", "").isdigit()):  # which rich obeys itself
+    if not (_has_width(found) or os.environ.get("COLUMNS", "").isdigit()):  # which rich obeys itself
         found.width = unlimited
     return found
+
+
+def _has_width(found: Console) -> bool:
+    """True for a terminal of a known width. A launcher may give its ranks one of no size, behind which is a file."""
+    if not found.is_terminal:
+        return False
+    with suppress(OSError, ValueError, AttributeError):
+        return os.get_terminal_size(found.file.fileno()).columns > 0
+    return True
 
 
 def print_table(*tables: Table) -> None:

@@ -1,7 +1,9 @@
 """Batch scripts of a campaign: pure functions of its path, the settings of a cluster and a template."""
 
 import math
+import re
 import shlex
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
@@ -18,6 +20,11 @@ from nanoslip.study.run.launch import WARNING
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 TEMPLATE = "job.sh.j2"
+PLANNED: Final = "plan"
+"""Memory of a job that is taken from its plan."""
+_MEMORY: Final = re.compile(r"(\d{1,9}[KMGT]?)?|plan")
+ROUNDED: Final = 100
+"""Megabytes of which a request is a multiple: estimates are no finer."""
 
 
 class SiteError(NanoslipError):
@@ -45,6 +52,8 @@ class Site:
     """Times a job is put back into the queue before it gives up."""
     deaths: int = 5
     """Likewise where one of its ranks was killed."""
+    memory: str = PLANNED
+    """Memory of each rank, as sbatch reads it; `plan` for what the largest task needs, empty for no request."""
     command: str = "nanoslip"
     """Command that the ranks execute."""
     options: tuple[str, ...] = ()
@@ -72,11 +81,8 @@ def _need(name: str, value: Any, kind: type) -> str:
         return f"at least {least}" if value < least else ""
     if not all(map(one_line, items)):
         return ONE_LINE
-    if name == "template" and Path(value).name != value:
-        return "the name of a file beside the settings"
-    if name == "mpi" and not value.startswith(_MPI):
-        return f"{', '.join(_MPI)}, or a version of one, as `srun --mpi=list` names them"
-    return _TIMES if name == "time" and math.isnan(seconds_of(value)) else ""
+    has_form, need = _FORMS.get(name, (lambda _: True, ""))
+    return "" if has_form(value) else need
 
 
 def seconds_of(time: str) -> float:
@@ -93,6 +99,19 @@ def seconds_of(time: str) -> float:
 _KINDS: Final[dict[type, str]] = {str: "a text", int: "a whole number", tuple: "a list of texts"}
 _TIMES: Final = "a time as minutes, mm:ss, hh:mm:ss, d-hh, d-hh:mm or d-hh:mm:ss"
 _MPI: Final = ("pmi2", "pmix", "cray_shasta", "none")
+_FORMS: Final[dict[str, tuple[Callable[[str], bool], str]]] = {
+    "template": (lambda text: Path(text).name == text, "the name of a file beside the settings"),
+    "mpi": (
+        lambda text: text.startswith(_MPI),
+        f"{', '.join(_MPI)}, or a version of one, as `srun --mpi=list` names them",
+    ),
+    "memory": (
+        lambda text: _MEMORY.fullmatch(text) is not None,
+        'a size as "4G", "plan" for what the plan expects, or "" for no request',
+    ),
+    "time": (lambda text: not math.isnan(seconds_of(text)), _TIMES),
+}
+"""Setting -> predicate of a right text, and what is needed."""
 
 
 def load_site(path: Path) -> tuple[Site, str]:
@@ -126,6 +145,8 @@ class Job:
 
     campaign: Path
     out: Path
+    memory: float = 0.0
+    """Bytes that a rank needs for its largest task; 0 if unknown."""
 
     def __post_init__(self) -> None:
         for path in (self.campaign, self.out):
@@ -159,6 +180,15 @@ def merge_script(job: Job, site: Site, template: str) -> str:
     return _script(job, replace(site, nodes=1, tasks=1, restarts=0, deaths=0), template, job.shell_command("merge"))
 
 
+def _memory_request(job: Job, site: Site) -> str:
+    """Memory of each core, as sbatch reads it; empty for none, as where an option of the site has it."""
+    if any(each.startswith("--mem") for each in site.options):
+        return ""
+    if site.memory != PLANNED:
+        return site.memory
+    return f"{ROUNDED * math.ceil(job.memory / 1e6 / ROUNDED)}M" if job.memory else ""
+
+
 def _script(job: Job, site: Site, template: str, run: str, number: str = "%j", shell: str = '"$SLURM_JOB_ID"') -> str:
     """number: of the job, in the name of its log. shell: the same to the shell."""
     environment = SandboxedEnvironment(undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True)
@@ -169,6 +199,7 @@ def _script(job: Job, site: Site, template: str, run: str, number: str = "%j", s
         "log": shlex.quote(str(job.out).replace("%", "%%") + f"/slurm-{number}.log"),
         "this_job": shell,
         "again": INTERRUPTED,
+        "memory": _memory_request(job, site),
     }
     try:
         return environment.from_string(template).render(settings, **given)

@@ -1,6 +1,8 @@
 """Sentences and tables fit every width: numbers, paths and words to be typed stay whole, what is left out is named."""
 
 import io
+import pty
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -47,6 +49,16 @@ def printed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
         return "".join(capsys.readouterr()).splitlines()
 
     return lines
+
+
+def test_a_terminal_of_no_size_is_as_wide_as_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Open MPI gives its ranks such terminals, and writes what they print to a log."""
+    monkeypatch.delenv("COLUMNS", raising=False)
+    launcher, rank = pty.openpty()
+    with open(launcher, "rb", 0) as log, open(rank, "w") as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        console.print_sentences(["word " * 60], stderr=True)
+        assert log.read(4096).strip() == b" ".join([b"word"] * 60)
 
 
 @pytest.mark.parametrize("stderr", [False, True])

@@ -2,11 +2,13 @@
 
 import math
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from hypothesis import given, strategies as st
 
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.results.files import Shard
@@ -97,6 +99,25 @@ def test_the_script_is_the_recorded_one():
     text = script(JOB, site, (ROOT / "slurm" / "job.sh.j2").read_text("utf-8"))
     assert text == RECORDED.read_text("utf-8")
     subprocess.run(["bash", "-n"], input=text, text=True, check=True)
+
+
+@pytest.mark.parametrize(
+    ("site", "requested"),
+    [
+        (Site(), ["#SBATCH --mem-per-cpu=1300M"]),
+        (Site(memory="4G"), ["#SBATCH --mem-per-cpu=4G"]),
+        (Site(memory=""), []),
+        (Site(options=("--mem=0",)), ["#SBATCH --mem=0"]),
+    ],
+    ids=["planned", "given", "none", "an option"],
+)
+def test_the_memory_of_a_rank_is_requested_once(site, requested):
+    """1234 MB are rounded up; sbatch refuses two requests."""
+    template = (ROOT / "slurm" / "job.sh.j2").read_text("utf-8")
+    text = script(replace(JOB, memory=1.234e9), site, template)
+    assert [line for line in text.splitlines() if "--mem" in line] == requested
+    with pytest.raises(ManifestError, match="memory"):
+        Site(memory="much")
 
 
 def test_an_array_and_the_job_that_merges_it_differ_from_one_job_in_what_they_run_and_what_they_requeue():
