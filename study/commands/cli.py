@@ -354,6 +354,9 @@ def figure() -> None:
     click.option("--z", default="", metavar="UNIT", help="Unit of heights [default: the header's, or m]"),
     click.option("--y", default="", metavar="UNIT", help="Unit of an image's positions across, in columns x, y, z"),
     click.option("--pixel", default="", metavar="LENGTH", help="Spacing of an image that is a matrix, as 20 nm"),
+    defaulted(
+        "--missing", type=click.Choice(["refuse", "fill"]), default="refuse", help="Missing heights of an image."
+    ),
     defaulted("--detrend", type=DETREND, default="line", help="Trend removed from the heights."),
     defaulted("--width", default="1 mm", metavar="LENGTH", help="Slab width L_x, for the nodes."),
     PICTURE,

@@ -114,12 +114,13 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
 
 
 def show_profile(
-    file: Path, x: str, y: str, z: str, pixel: str, detrend: str, width: str, picture: Path | None
+    file: Path, x: str, y: str, z: str, pixel: str, missing: str, detrend: str, width: str, picture: Path | None
 ) -> None:
     """Print statistics of a profile, and draw it."""
     slab_width = in_unit_of("width", width, "m", positive=True)
     try:
-        found = read_surface(file, file_text(file), NamedSurface(str(file), x, z, detrend, y, pixel))  # type: ignore[arg-type]
+        given = NamedSurface(str(file), x, z, detrend, y, pixel, missing)  # type: ignore[arg-type]
+        found = read_surface(file, file_text(file), given)
     except InvalidInput as error:
         raise Refusal(f"{file}: {error}") from None
     print_sentences(_surface_lines(found, slab_width))
@@ -150,6 +151,8 @@ def _surface_lines(found: Surface, slab_width: float) -> list[str]:
         points = f"{count} by {len(found.y)} points over {compact(length, 'm')} by {compact(wide, 'm')}, {apart} apart"
     elif found.source and found.rows:
         read += lines_left_out(found.source, found.rows, found.holes)
+    if found.filled:
+        read.append(f"{plural(found.filled, 'missing height')} filled from neighbours")
     height = f"root mean square height {compact(found.rms_height, 'm')}, {slopes}; correlation length {longer}"
     return ["; ".join((points, *read)), height, resolved]
 

@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
+import scipy
+from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, Image, image_of
+from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, Image
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, Roughness, parameter, require, validate
 from nanoslip.study.manifest.parameters import plain
@@ -18,6 +20,7 @@ from nanoslip.study.measured import columns
 from nanoslip.study.measured.units import factor
 
 Detrend = Literal["none", "mean", "line", "parabola"]
+Missing = Literal["refuse", "fill"]
 PIXEL: Final = Parameter("pixel", unit="m")
 
 
@@ -29,6 +32,7 @@ class NamedSurface:
     the heights, fitted by least squares; of an image a plane or a paraboloid.
     An image has columns x, y, z, or is a matrix of heights, line by line along the drag: pixel is then its spacing, as "20 nm",
     if not the lines `# Width: 5 µm`, `# Height: 5 µm` and `# Value units: nm` above it say so, as Gwyddion writes them.
+    missing: "fill" takes missing heights of an image as means of their neighbours.
     """
 
     file: str = parameter("", meaning="the path of a text file with two columns")
@@ -37,6 +41,7 @@ class NamedSurface:
     detrend: Detrend = parameter("line", meaning="trend removed from the heights")
     y: str = parameter("", meaning="unit of an image's positions across, by default the header's, or m")
     pixel: str = parameter("", meaning="distance of an image's heights in a matrix", unit="m")
+    missing: Missing = parameter("refuse", meaning="what becomes of missing heights of an image")
 
     def __post_init__(self) -> None:
         validate(self)
@@ -64,6 +69,8 @@ class Surface:
     holes: int = 0
     """Lines without a position or a height."""
     y: Floats = field(default_factory=lambda: np.zeros(1))
+    filled: int = 0
+    """Missing heights of an image that were filled from their neighbours."""
 
     @property
     def rms_height(self) -> float:
@@ -115,7 +122,7 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     stated = dict(_STATED.findall(text))
     matrix = bool(given.pixel) or {"Width", "Height"} <= stated.keys()
     source = columns.read_columns(path, text, titled=not matrix)
-    if matrix or given.y or {"x", "y", "z"} <= {each.name.casefold() for each in source.columns}:
+    if matrix or given.y or {"x", "y", "z"} <= {each.name.casefold() for each in source.columns} or _is_xyz(source):
         return _read_image(source, given, stated if matrix else None)
     chosen = [_column(source, _LATERAL, 0), _column(source, _HEIGHT, 1)]
     across, up = (
@@ -142,15 +149,26 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     return Surface(x, height, source, found, rows.holes)
 
 
+def _is_xyz(source: columns.FileColumns) -> bool:
+    """True of three columns without names, of which two have the places of a grid: an `.xyz` file."""
+    if len(source.columns) != 3 or any(each.name for each in source.columns):
+        return False
+    x, y = (each.values[np.isfinite(each.values)] for each in source.columns[:2])
+    along, across = len(np.unique(x)), len(np.unique(y))
+    return min(along, across) > 1 and 2 * len(x) > along * across
+
+
 def _read_image(source: columns.FileColumns, given: NamedSurface, stated: Mapping[str, str] | None) -> Surface:
     """An image of a matrix of heights, with what is stated above it, or of columns x, y, z in any order."""
     found = _from_columns(source, given) if stated is None else _matrix(source, given, stated)
+    height, filled = _without_holes(found.height, given.missing)
+    found = found._replace(height=height)
     x, y = (axis - (axis[0] + axis[-1]) / 2.0 for axis in (found.xi, found.y))
     degree = get_args(Detrend).index(given.detrend) - 1
     powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
     terms = np.stack([np.outer((y / y[-1]) ** j, (x / x[-1]) ** i).ravel() for i, j in powers or [(0, 0)]], axis=1)
     trend = terms @ np.linalg.lstsq(terms, found.height.ravel())[0] if powers else 0.0
-    return Surface(x, (found.height.ravel() - trend).reshape(found.height.shape), source, y=y)
+    return Surface(x, (found.height.ravel() - trend).reshape(found.height.shape), source, y=y, filled=filled)
 
 
 def _matrix(source: columns.FileColumns, given: NamedSurface, stated: Mapping[str, str]) -> Image:
@@ -165,11 +183,6 @@ def _matrix(source: columns.FileColumns, given: NamedSurface, stated: Mapping[st
     if source.left_out.number or source.below:
         where = f"line {source.left_out.line}" if source.left_out.number else f"below line {source.lines[-1]}"
         raise InvalidInput(f"{where}: needs {height.shape[1]} heights, as other lines have")
-    if not (there := np.isfinite(height)).all():
-        line, column = np.argwhere(~there)[0]
-        raise InvalidInput(
-            f"line {source.lines[line]}: needs a number in column {column + 1}, as an image has no holes"
-        )
     return Image(x, y, height)
 
 
@@ -192,9 +205,90 @@ def _from_columns(source: columns.FileColumns, given: NamedSurface) -> Image:
         _scale_of(name, getattr(given, name), source.columns[column])
         for name, column in zip("xyz", chosen, strict=True)
     ]
-    points = source.rows(chosen).values.T
-    found = image_of(tuple(map(tuple, points.tolist())))
-    return Image(found.xi * scales[0], found.y * scales[1], found.height * scales[2])
+    x, y, height = (source.columns[column].values for column in chosen)
+    placed = np.isfinite(x) & np.isfinite(y)
+    return _on_grid(x[placed] * scales[0], y[placed] * scales[1], height[placed] * scales[2])
+
+
+def _on_grid(x: Floats, y: Floats, height: Floats) -> Image:
+    """Heights of points in any order on the grid of their places, NaN where one has none. Raises InvalidInput of no grid."""
+    (along, column), (across, row) = (np.unique(places, return_inverse=True) for places in (x, y))
+    count = len(along) * len(across)
+    if (
+        min(len(along), len(across)) < 2
+        or 2 * len(x) < count
+        or len({*zip(column.tolist(), row.tolist(), strict=True)}) < len(x)
+    ):
+        raise InvalidInput(
+            f"{len(x)} points at {len(along)} x and {len(across)} y: needs an image, one height at each x and y of a grid"
+        )
+    found = np.full((len(across), len(along)), np.nan)
+    found[row, column] = height
+    return Image(along, across, found)
+
+
+def _without_holes(height: Floats, missing: Missing) -> tuple[Floats, int]:
+    """Heights of an image without holes, and how many were filled. Raises InvalidInput of holes that may not be filled.
+
+    A hole is what is no number, has no line, or repeats a number that instruments write for it, far from all other heights.
+    """
+    holes = ~np.isfinite(height) | _is_sentinel(height)
+    count, first = int(holes.sum()), np.argwhere(holes)
+    if not count:
+        return height, 0
+    if missing == "refuse" or 2 * count > height.size:
+        where = f"the first in row {first[0][0] + 1}, column {first[0][1] + 1}"
+        need = 'needs all heights, or missing = "fill" to take them from their neighbours'
+        if 2 * count > height.size:
+            need = "needs half of the heights at least"
+        raise InvalidInput(
+            f"image of {height.shape[1]} by {height.shape[0]}: {count} heights are missing, {where}: {need}"
+        )
+    return _filled(height, holes), count
+
+
+SENTINEL_GAP: Final = 10.0
+"""Ranges of all other heights from which on one that is repeated means a missing height, as -9999 does: no surface has steps
+ten times as high as all that is on them."""
+
+
+def _is_sentinel(height: Floats) -> NDArray[np.bool_]:
+    """Heights that are one largest or least number, several times and further from the others than these are apart."""
+    found = np.zeros(height.shape, bool)
+    known = height[np.isfinite(height)]
+    for extreme in (known.min(), known.max()):
+        others = known[known != extreme]
+        if len(others) < len(known) / 2 or not len(others):
+            continue
+        gap = np.abs(others - extreme).min()
+        if gap > SENTINEL_GAP * np.ptp(others):
+            found |= height == extreme
+    return found
+
+
+def _filled(height: Floats, holes: NDArray[np.bool_]) -> Floats:
+    """Heights whose Laplacian vanishes in holes: each is the mean of its neighbours in the image."""
+    places = np.full(height.shape, -1)
+    places[holes] = np.arange(int(holes.sum()))
+    rows, columns_, values, right = [], [], [], np.zeros(int(holes.sum()))
+    for line, column in np.argwhere(holes).tolist():
+        own = int(places[line, column])
+        beside = [(line - 1, column), (line + 1, column), (line, column - 1), (line, column + 1)]
+        inside = [each for each in beside if 0 <= each[0] < height.shape[0] and 0 <= each[1] < height.shape[1]]
+        rows.append(own)
+        columns_.append(own)
+        values.append(float(len(inside)))
+        for each in inside:
+            if places[each] < 0:
+                right[own] += height[each]
+            else:
+                rows.append(own)
+                columns_.append(int(places[each]))
+                values.append(-1.0)
+    matrix = scipy.sparse.csc_array((values, (rows, columns_)), shape=(len(right), len(right)))
+    whole = height.copy()
+    whole[holes] = scipy.sparse.linalg.spsolve(matrix, right)
+    return whole
 
 
 def _scale_of(key: str, given: str, column: columns.FileColumn, usual: str = "m") -> float:

@@ -90,22 +90,41 @@ _BINARY: Final = {
     b"\x89HDF": "an HDF5 or netCDF file",
     b"CDF": "a netCDF file",
     b"\x1f\x8b": "a gzip archive",
-    b"\x93NUMPY": "an array of NumPy (.npy)",
     b"GWY": "a file of Gwyddion (.gwy)",
 }
 """First bytes of files that are no text -> what they are."""
 
 
+_NUMPY: Final = b"\x93NUMPY"
+"""First bytes of a file of `numpy.save`."""
+
+
+def _rows_of_array(raw: bytes) -> str:
+    """Rows of a two-dimensional array of `numpy.save` as text, to the last digit."""
+    try:
+        values = np.load(io.BytesIO(raw), allow_pickle=False)
+    except (ValueError, EOFError, OSError):  # whose message quotes the file's bytes
+        raise InvalidInput("is no array of numbers that NumPy can read") from None
+    if values.ndim != 2 or values.dtype.kind not in "fiu":
+        raise InvalidInput(f"is an array of {values.dtype} of shape {values.shape}: needs numbers in rows and columns")
+    return "\n".join(" ".join(map(repr, row)) for row in values.tolist())
+
+
 def kind_of_binary(raw: bytes) -> str:
     """What a file is that is no text; empty for text. UTF-16 has zeros, and a mark."""
     kind = next((name for first, name in _BINARY.items() if raw.startswith(first)), "")
-    if kind or raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+    if kind or raw.startswith((_NUMPY, codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return kind
     return "a binary file" if b"\0" in raw[:4096] else ""
 
 
 def decoded(raw: bytes) -> str:
-    """UTF-8, UTF-16 with its mark, or the one-byte letters of Windows, in which all bytes mean something."""
+    """UTF-8, UTF-16 with its mark, or the one-byte letters of Windows, in which all bytes mean something; NumPy's arrays as rows.
+
+    Raises InvalidInput of an array that is none of numbers in two dimensions.
+    """
+    if raw.startswith(_NUMPY):
+        return _rows_of_array(raw)
     if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return raw.decode("utf-16", "replace")
     try:

@@ -1,11 +1,14 @@
 """A measured profile is read as it was written, in its units, and its numbers are those of the surface it was made of."""
 
+import io
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from nanoslip.solver.case import image_of
 from nanoslip.solver.contact.pin import roughness_slopes
@@ -16,6 +19,7 @@ from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.manifest.surface import Detrend, NamedSurface, Surface, read_surface
+from nanoslip.study.measured.columns import decoded
 from tests.conftest import Main
 from tests.study.manifest.problems import lines_of
 
@@ -320,3 +324,44 @@ def test_an_image_has_slopes_along_and_across_and_a_picture(main: Main, tmp_path
     assert min(abs(each / across - 1.0) for each in numbers) < 0.01
     main("profile", tmp_path / "afm.txt", "--pixel", "20 nm", "--z", "nm", "-o", tmp_path / "afm.png")
     assert (tmp_path / "afm.png").stat().st_size > 1000
+
+
+SMOOTH_IMAGE = 1e-8 * np.cos(np.arange(24.0)[:, None] / 4.0) * np.sin(np.arange(20.0) / 3.0)
+HOLES = [(0, 10), (4, 13), (8, 8), (8, 9), (9, 8), (23, 19)]
+
+
+def points_of(image: NDArray[np.float64], absent: str = "nan") -> list[str]:
+    """Lines x, y (µm), z (nm); missing heights as this text."""
+    rows = []
+    for (line, column), height in np.ndenumerate(image):
+        shown = absent if (line, column) in HOLES else f"{1e9 * height:.6f}"
+        rows.append(f"{0.5 * column:g} {0.5 * line:g} {shown}")
+    return rows
+
+
+@pytest.mark.parametrize("absent", ["nan", "-9999", "99999", "--", ""])
+def test_missing_heights_of_an_image_are_counted_and_filled_on_request(absent: str) -> None:
+    """-9999 is no height where all others are within 20 nm; a smooth image is filled within its curvature."""
+    lines = points_of(SMOOTH_IMAGE, absent)
+    text = "\n".join(["x [um] y [um] z [nm]", *(line for line in lines if absent or not line.endswith(" "))])
+    given = NamedSurface("a", detrend="none")
+    with pytest.raises(InvalidInput, match=f"{len(HOLES)} heights are missing"):
+        read_surface(AFM, text, given)
+    found = read_surface(AFM, text, replace(given, missing="fill"))
+    assert found.filled == len(HOLES)
+    np.testing.assert_allclose(found.height, SMOOTH_IMAGE, atol=0.15e-8)
+    whole = [line for line in points_of(SMOOTH_IMAGE, "5.0") if line]
+    assert read_surface(AFM, "\n".join(["x [um] y [um] z [nm]", *whole]), given).filled == 0
+
+
+def test_columns_without_a_header_and_arrays_of_numpy_are_images() -> None:
+    text = "\n".join(
+        f"{5e-7 * column:.9g} {5e-7 * line:.9g} {height:.9g}" for (line, column), height in np.ndenumerate(SMOOTH_IMAGE)
+    )
+    found = read_surface(AFM, text, NamedSurface("a", detrend="none"))
+    np.testing.assert_allclose(found.height, SMOOTH_IMAGE, rtol=1e-7, atol=1e-17)
+    written = io.BytesIO()
+    np.save(written, SMOOTH_IMAGE)
+    again = read_surface(AFM, decoded(written.getvalue()), NamedSurface("a", detrend="none", pixel="500 nm"))
+    np.testing.assert_array_equal(again.height, SMOOTH_IMAGE)
+    np.testing.assert_allclose(again.x, found.x, atol=1e-15)

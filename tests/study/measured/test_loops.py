@@ -195,7 +195,7 @@ def test_the_command_draws_strokes_and_loops(main: Main, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    "raw", [b"\x89PNG\r\n\x1a\n", b"PK\x03\x04\x00", b"\x93NUMPY\x01", b"a\x00b\x01", b"%PDF-1.7 "]
+    "raw", [b"\x89PNG\r\n\x1a\n", b"PK\x03\x04\x00", b"\x93NUMPY\x01\x00\x76\x00", b"a\x00b\x01", b"%PDF-1.7 "]
 )
 def test_a_file_that_is_no_text_is_named_not_printed(raw: bytes, main: Main, tmp_path: Path) -> None:
     (tmp_path / "lab.csv").write_bytes(raw + bytes(range(128, 256)) * 20)
