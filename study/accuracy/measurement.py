@@ -26,7 +26,7 @@ from nanoslip.study.accuracy.diagram import FRONT_MARK, Diagram, Row, diagram_cs
 from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.accuracy.operators import measure_elastic_operator
 from nanoslip.study.accuracy.records import measure_records
-from nanoslip.study.accuracy.setup import QUICK, Effort, Setup, on
+from nanoslip.study.accuracy.setup import Effort, Setup, least_of, on
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.origin import here, model
 from nanoslip.study.provenance import UNKNOWN
@@ -183,9 +183,12 @@ class Measurement:
 
 
 def measure_accuracy(setup: Setup, effort: Effort) -> Measurement:
-    """Measure every setting: first all once, for compilation, then with the requested effort."""
-    if effort is not QUICK:
-        measure_accuracy(setup, QUICK)
+    """Measure every setting: the least of each first, so that no time contains compilation, then the requested effort."""
+    _measure(setup, least_of(effort))
+    return _measure(setup, effort)
+
+
+def _measure(setup: Setup, effort: Effort) -> Measurement:
     measures, remark = (measure_elastic_operator, measure_slip_numerics, measure_records), ""
     diagrams = [each(setup, effort) for each in measures]
     try:

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
+from nanoslip.solver.elasticity.compliance import Compliance, EndlessCompliance, surface_compliance
+from nanoslip.solver.elasticity.schemes.endless import EndlessScheme
 from nanoslip.solver.outcome import InvalidInput, SolverError
 from nanoslip.solver.parameter import choices_of
 from nanoslip.solver.slab import SCHEMES, Slab
@@ -96,15 +97,45 @@ def observables_on(compliance: Compliance, half_widths: Iterable[float]) -> dict
 
 def _energies(compliance: Compliance, half_width: float) -> dict[str, float]:
     """Energies of unit elliptic loads, and the work of an odd shear on what an elliptic pressure moves sideways."""
-    x, n = compliance.x, compliance.slab.n_x
-    even = nodal_forces(x, half_width)
-    odd = even * x / half_width
-    c = compliance.matrix
+    even = _forces_of(compliance, half_width)
+    odd, nothing = even * compliance.x / half_width, np.zeros(len(even))
+    sideways, down = compliance.displacements(np.array([nothing, even]))
+    dragged, _ = compliance.displacements(np.array([even, nothing]))
     return {
-        "normal_compliance": 0.5 * float(even @ c[n:, n:] @ even),
-        "tangential_compliance": 0.5 * float(even @ c[:n, :n] @ even),
-        COUPLING: float(odd @ c[:n, n:] @ even),
+        "normal_compliance": 0.5 * float(even @ down),
+        "tangential_compliance": 0.5 * float(even @ dragged),
+        COUPLING: float(odd @ sideways),
     }
+
+
+def _forces_of(compliance: Compliance, half_width: float) -> Vector:
+    """Nodal forces (n,) of a unit elliptic load: of a cylinder, or on a plane of nodes of a ball."""
+    if compliance.slab.scheme.planar:
+        return nodal_forces_of_ball(compliance, half_width)
+    return nodal_forces(compliance.x, half_width)
+
+
+GAUSS: Final = np.polynomial.legendre.leggauss(16)
+"""Places and weights in [-1, 1] across a column of squares, where the rest is in closed form."""
+
+
+def nodal_forces_of_ball(compliance: Compliance, radius: float) -> Vector:
+    """Nodal forces (n,) of a unit load q = 3/(2πa²)·√(1 - (r/a)²): what the square of each node carries, as the scheme loads squares.
+
+    Across a column at x, with c² = a² - x²: ∫√(c² - y²) dy = ½ (y √(c² - y²) + c² asin(y/c)).
+    """
+    places, weights = GAUSS
+    middles = np.unique(compliance.x)
+    half = 0.5 * (middles[1] - middles[0])
+    low, high = (np.clip(middles + side, -radius, radius) for side in (-half, half))
+    x = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * places
+    chord = np.sqrt(np.maximum(radius**2 - x**2, 0.0))[..., None]
+    edges = np.append(middles - half, middles[-1] + half)
+    y = np.clip(edges, -chord, chord)
+    angle = np.arcsin(np.divide(y, chord, out=np.zeros_like(y), where=chord > 0.0))
+    below = 0.5 * (y * np.sqrt(np.maximum(chord**2 - y**2, 0.0)) + chord**2 * angle)
+    columns = np.einsum("cgr,g,c->cr", np.diff(below, axis=-1), weights, 0.5 * (high - low))
+    return np.asarray(1.5 / (np.pi * radius**3) * columns.ravel())
 
 
 def nodal_forces(x: Vector, half_width: float) -> Vector:
@@ -125,25 +156,29 @@ def nodal_forces(x: Vector, half_width: float) -> Vector:
 def _contact(compliance: Compliance, half_width: float) -> dict[str, float]:
     """Frictionless contact of a parabola, and the lateral stiffness of its stuck nodes."""
     slab, normal_load = compliance.slab, 1e-3
-    radius = np.pi * half_width**2 / (2.0 * normal_load * (1.0 - slab.poisson))
+    soft = normal_load * (1.0 - slab.poisson)
+    # Hertz: a² = 2WR(1 - ν)/π of a cylinder, a³ = 3WR(1 - ν)/8 of a ball.
+    radius = 8.0 * half_width**3 / (3.0 * soft) if slab.scheme.planar else np.pi * half_width**2 / (2.0 * soft)
     case = Case(radius=radius, normal_load=normal_load, slab=slab, initial_contact="frictionless")
     state = initial_contact(case, compliance)
     if not state.outcome.ok:
         return dict.fromkeys(("stiffness", "approach", "half_width", "pressure"), math.nan)
     normal = -state.nodal_force[1] / normal_load
+    # The second moment of an elliptic pressure along x is a²/4 of a cylinder, a²/5 of a ball.
+    ellipse = 5.0 if slab.scheme.planar else 4.0
     return {
         "stiffness": lateral_stiffness(compliance, np.flatnonzero(state.contact)),
         "approach": state.approach,
-        "half_width": 2.0 * math.sqrt(float(normal @ compliance.x**2)),
+        "half_width": math.sqrt(ellipse * float(normal @ compliance.x**2)),
         "pressure": float(state.pressure.max()) / normal_load,
     }
 
 
 def lateral_stiffness(compliance: Compliance, nodes: NDArray[np.int64]) -> float:
     """K = dF/dδ_p of nodes that all stick, the load constant and the approach free (Eq. 15), in G·L_y."""
-    m, rows = len(nodes), np.concatenate((nodes, nodes + compliance.slab.n_x))
+    m, rows = len(nodes), np.concatenate((nodes, nodes + compliance.slab.nodes))
     pressed = np.concatenate((np.zeros(m), np.ones(m)))[:, None]
-    bordered = np.block([[compliance.matrix[np.ix_(rows, rows)], pressed], [pressed.T, np.zeros((1, 1))]])
+    bordered = np.block([[compliance.entries(rows, rows), pressed], [pressed.T, np.zeros((1, 1))]])
     moved = np.concatenate((np.ones(m), np.zeros(m + 1)))
     return float(np.linalg.solve(bordered, moved)[:m].sum())
 
@@ -152,7 +187,7 @@ def _measured(setup: Setup, slab: Slab, effort: Effort, truth: Mapping[float, Ma
     """Times and errors of a discretization, or nothing where the slab or its contact has no answer in it."""
     case = replace(setup.case, slab=slab, max_events=None, max_displacement=DISPLACEMENT)
     try:
-        compliance, seconds = timed(partial(surface_compliance, slab), effort.repeats)
+        compliance, seconds = timed(partial(_computed_anew, slab), effort.repeats)
     except SolverError:
         return
     values = observables_on(compliance, truth)
@@ -162,6 +197,13 @@ def _measured(setup: Setup, slab: Slab, effort: Effort, truth: Mapping[float, Ma
         worst = {name: max(each[name] for each in errors) for name in errors[0]}
         times = {"seconds": seconds, "record_seconds": record_seconds}
         yield {**_knobs(slab), **times, **worst, "error": _worst(worst)}
+
+
+def _computed_anew(slab: Slab) -> Compliance:
+    """The surface compliance, without the convolutions that `surface_compliance` keeps: their time would be that of finding one."""
+    if isinstance(slab.scheme, EndlessScheme):
+        return EndlessCompliance(slab.scheme.convolution(slab), slab)
+    return surface_compliance(slab)
 
 
 def _worst(errors: Mapping[str, float]) -> float:

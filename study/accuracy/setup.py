@@ -79,6 +79,26 @@ QUICK: Final = Effort(
     repeats=1,
 )
 
+ACROSS_BALL: Final = (13, 17, 25, 33)
+"""n_x of a ball: the nodes in contact are the square of those across, and time grows faster than with their square."""
+
+
+def effort_for(case: Case, quick: bool) -> Effort:
+    """The extent of a measurement of a case; of a ball, with a square of nodes for each row, fewer and coarser ones."""
+    effort = QUICK if quick else FULL
+    if quick or not case.slab.scheme.planar:
+        return effort
+    few = {"members": FULL.members[:3], "lengths": FULL.lengths[:3]}
+    return replace(effort, sizes=ACROSS_BALL, record_sizes=ACROSS_BALL, reference_size=QUICK.reference_size, **few)
+
+
+def least_of(effort: Effort) -> Effort:
+    """The first of everything: it runs, and so compiles or loads, all that the whole effort times."""
+    sizes = {"sizes": effort.sizes[:1], "reference_size": effort.sizes[0], "record_sizes": effort.record_sizes[:1]}
+    knobs = {"event_floors": effort.event_floors[-1:], "time_steps": effort.time_steps[:1]}
+    records = {"members": effort.members[:1], "lengths": effort.lengths[:1]}
+    return replace(effort, **sizes, **knobs, **records, starts=effort.members[0], repeats=1)
+
 
 def default_setup() -> Setup:
     """The paper's case (§3): R/L_x = 200, μ_i = 0.5, 2000 events at 129 nodes, and its drive."""

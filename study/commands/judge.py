@@ -13,7 +13,7 @@ import click
 
 from nanoslip.study.accuracy.diagram import as_table
 from nanoslip.study.accuracy.measurement import measure_accuracy, write_measurement
-from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
+from nanoslip.study.accuracy.setup import default_setup, effort_for, setup_of
 from nanoslip.study.commands.datasets import FewerFinishedError, dataset_of, write_dataset
 from nanoslip.study.commands.plans import planned, plural, print_json, refusals, typed_command
 from nanoslip.study.commands.words import Refusal
@@ -273,7 +273,7 @@ def show_accuracy(campaign: Path | None, out: Path | None, quick: bool) -> None:
     setup = setup_of(load_manifest(campaign)) if campaign else default_setup()
     try_writing(into := folder_of(campaign or Path("accuracy"), out))
     note(f"{setup.title}: measuring, a minute or two unless --quick", stderr=True)
-    measured = measure_accuracy(setup, QUICK if quick else FULL)
+    measured = measure_accuracy(setup, effort_for(setup.case, quick))
     for diagram in measured.diagrams:
         note(f"{diagram.title}; errors against {diagram.reference}")
         print_table(as_table(diagram))
