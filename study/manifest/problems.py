@@ -11,7 +11,7 @@ from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import parameters_of_a_drive
 from nanoslip.solver.outcome import ABSENT, SHOWN, NanoslipError
 from nanoslip.study.manifest.parameters import OTHER_TABLES, axes, of_symbol, table_taking
-from nanoslip.study.manifest.vocabulary import beyond, key_meant
+from nanoslip.study.manifest.vocabulary import beyond, key_meant, otherwise
 from nanoslip.study.toml_text import shown
 
 LONGEST_PATH = 200
@@ -109,6 +109,8 @@ def meant_by(word: str, allowed: Collection[str]) -> str:
     if place := _home(word):
         return "; or did you mean ".join(filter(None, (place, key_meant(word))))
     symbol = of_symbol(word, {**parameters_of_a_case(), **parameters_of_a_drive()})
+    if symbol == word and (how := otherwise(word)):
+        return how
     near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
     meant = symbol if symbol != word else key_meant(word) or ("" if beyond(word) else "".join(near))
     if meant:

@@ -9,9 +9,9 @@ MEANT: Final[Mapping[str, str]] = {
     "shear_modulus": "g",
     "slab_width": "width slab_length length l_x lx",
     "slab_depth": "depth l_y ly line_length",
-    "radius": "pin_radius ball_radius tip_radius ball tip curvature diameter",
+    "radius": "pin_radius ball_radius tip_radius ball tip curvature",
     "normal_load": "load force normal_force weight line_load w f_n fn",
-    "intrinsic_friction": "mu friction_coefficient coefficient_of_friction cof local_friction",
+    "intrinsic_friction": "local_friction",
     "poisson": "poissons_ratio poisson_ratio poisson_s_ratio nu",
     "n_x": "nodes n nodes_x mesh elements resolution",
     "stage_velocity": "speed velocity sliding_speed sliding_velocity drive_velocity v",
@@ -26,10 +26,28 @@ MEANT: Final[Mapping[str, str]] = {
     "members": "repeats repetitions replicas starts",
 }
 """Key -> other words for it."""
+OTHERWISE: Final[Mapping[str, tuple[str, str]]] = {
+    "intrinsic_friction": (
+        "mu μ mu_s μ_s mu_k μ_k static_friction kinetic_friction dynamic_friction friction_coefficient coefficient_of_friction "
+        "coulomb_friction cof",
+        "a result, by default about half of μ_i; nanoslip fit finds the intrinsic_friction, μ_i, that gives it",
+    ),
+    "radius": (
+        "diameter ball_diameter pin_diameter tip_diameter cylinder_diameter",
+        "give radius, half of it",
+    ),
+}
+"""Key -> words for another quantity, from which it follows, and how."""
 BEYOND: Final[Mapping[str, tuple[str, str]]] = {
     "rate and state": (
         "rate ageing aging state rate_and_state rate_state rsf d_c critical_slip_distance healing contact_time dwell hold_time",
         "QDYN (https://ydluo.github.io/qdyn) has rate-and-state friction",
+    ),
+    "laws of velocity and of bristles (Stribeck, Dahl, LuGre)": (
+        "lugre dahl bristle bristles bristle_stiffness bristle_damping stribeck stribeck_velocity sigma_0 sigma_1 sigma_2 sigma0 "
+        "sigma1 sigma2 σ_0 σ_1 σ_2 σ0 σ1 σ2 viscous_friction",
+        "Simscape and the Modelica Standard Library take Stribeck friction as given; here a contact's stiffness and friction are "
+        "results (surface_stiffness, static_friction, kinetic_friction)",
     ),
     "adhesion": (
         "adhesion surface_energy work_of_adhesion jkr dmt pull_off capillary",
@@ -54,6 +72,11 @@ BEYOND: Final[Mapping[str, tuple[str, str]]] = {
 def key_meant(word: str) -> str:
     """The key that people call by this word; empty if there is none."""
     return next((key for key, words in MEANT.items() if word.lower() in words.split()), "")
+
+
+def otherwise(word: str) -> str:
+    """How a key follows from another quantity, by a word for that; empty for any other."""
+    return next((how for words, how in OTHERWISE.values() if word.lower() in words.split()), "")
 
 
 def beyond(word: str) -> str:

@@ -9,17 +9,18 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.parameter import declared
 from nanoslip.study.manifest.cases import tables
 from nanoslip.study.manifest.parameters import YOUNG
-from nanoslip.study.manifest.problems import unknown
-from nanoslip.study.manifest.vocabulary import BEYOND, MEANT, beyond
+from nanoslip.study.manifest.problems import key_shown, unknown
+from nanoslip.study.manifest.vocabulary import BEYOND, MEANT, OTHERWISE, beyond, otherwise
 from tests.conftest import Main
 
 KEYS = {key for keys in tables().values() for key in keys} | {*declared(Scales), YOUNG}
 
 
 def test_every_word_is_no_key_and_leads_to_one_that_is() -> None:
-    words = [word for line in (*MEANT.values(), *(line for line, _ in BEYOND.values())) for word in line.split()]
+    pairs = (*OTHERWISE.values(), *BEYOND.values())
+    words = [word for line in (*MEANT.values(), *(line for line, _ in pairs)) for word in line.split()]
     assert len(words) == len({*words})
-    assert {*MEANT} <= KEYS
+    assert {*MEANT, *OTHERWISE} <= KEYS
     assert {*words} & KEYS == {"load"}  # a path's key is a list, the load on a pin is not
 
 
@@ -48,8 +49,32 @@ def test_a_load_that_is_no_list_leads_to_the_load_on_the_pin(main: Main, tmp_pat
     )
 
 
+@pytest.mark.parametrize(
+    ("word", "key"),
+    [
+        ("static_friction", "intrinsic_friction"),
+        ("mu_s", "intrinsic_friction"),
+        ("μ_k", "intrinsic_friction"),
+        ("friction_coefficient", "intrinsic_friction"),
+        ("Diameter", "radius"),
+    ],
+)
+def test_another_quantity_is_not_taken_for_the_key_that_follows_from_it(main: Main, word: str, key: str) -> None:
+    """Half of the diameter is the radius; a friction coefficient is a result, about half of μ_i."""
+    code, _, errors = main("try", f"{word}=0.3")
+    assert (code, errors) == (2, f"Error: {key_shown(word)} = 0.3: {otherwise(word)}\n")
+    assert key in otherwise(word)
+    assert "did you mean" not in errors
+
+
+@pytest.mark.parametrize("word", ["lugre", "dahl", "bristle_stiffness", "stribeck_velocity", "sigma_0", "σ_0", "d_c"])
+def test_words_of_friction_laws_lead_to_what_has_them(main: Main, word: str) -> None:
+    code, _, errors = main("try", f"{word}=1")
+    assert (code, errors) == (2, f"Error: {key_shown(word)} = 1: {beyond(word)}\n")
+
+
 @pytest.mark.parametrize("word", ["rate", "ageing", "adhesion", "wear", "viscosity"])
 def test_a_word_of_other_physics_names_what_has_it(main: Main, word: str) -> None:
     assert "not modelled here; " in beyond(word)
     code, _, errors = main("try", f"{word}=1")
-    assert (code, errors) == (2, f"Error: {word} = 1: {beyond(word)}\n")
+    assert (code, errors) == (2, f"Error: {key_shown(word)} = 1: {beyond(word)}\n")
