@@ -30,7 +30,7 @@ from nanoslip.study.manifest.reader import files_named_in, load_manifest, parse_
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.report.console import console
-from nanoslip.study.report.summary import holes
+from nanoslip.study.report.summary import failure_summary
 from nanoslip.study.results.store import Lease, StoreError
 from nanoslip.study.run.campaign import compute_campaign
 from nanoslip.study.run.child import Agent
@@ -167,7 +167,10 @@ def fit(
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         show, warn = partial(_shown, progress), partial(_warn, 4)
         return question.answer(
-            lambda plan: compute_campaign(farm, plan, Journal(folder), lease, show, warn).store, folder, points, holes
+            lambda plan: compute_campaign(farm, plan, Journal(folder), lease, show, warn).store,
+            folder,
+            points,
+            failure_summary,
         )
 
 
@@ -192,8 +195,11 @@ def _warn(level: int, text: str) -> None:
     warnings.warn(text, RuntimeWarning, stacklevel=level)
 
 
-def open(path: AnyPath) -> xr.Dataset:
+def open(path: AnyPath, *, si: bool = False) -> xr.Dataset:
     """Open a dataset: results.nc, or the folder it is in. Values are read when they are used. Raises StoreError.
+
+    si: lay cases along lengths and loads in m and N, as `.sel(normal_load_si=0.2)`; the scaled ones stay coordinates beside them.
+    Raises ValueError without [scales].
 
     The dataset has the scalars of the cases, its accessor `.nanoslip` (`nanoslip.study.dataset.access`) records, trajectories and
     contacts. Axes of one value stay dimensions, so `.sel(radius=200.0)` means the same in every campaign.
@@ -201,7 +207,8 @@ def open(path: AnyPath) -> xr.Dataset:
     given = Path(path)
     if given.suffix == ".toml":
         raise StoreError(f"{path}: a campaign: needs results.nc, which its run writes, or the folder that it is in")
-    return file.open_dataset(given / file.FILE if given.is_dir() else given)
+    dataset = file.open_dataset(given / file.FILE if given.is_dir() else given)
+    return accessor.along_si(dataset) if si else dataset
 
 
 def concat(

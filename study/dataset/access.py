@@ -15,7 +15,8 @@ from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.file import LostGroupsError, groups_of, tree_of, with_texts
-from nanoslip.study.dataset.table import CASE, CaseRows, Selection, case_rows, selected, selection_text
+from nanoslip.study.dataset.table import CASE, CaseRows, Selection, case_rows, hits_of, selected, selection_text
+from nanoslip.study.plan.kinds import MEMBER
 
 
 def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Dataset, xr.Dataset]:
@@ -68,6 +69,34 @@ def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] |
     }
 
 
+def along_si(root: xr.Dataset) -> xr.Dataset:
+    """A dataset whose cases lie along the lengths and loads in SI, `normal_load_si` for `normal_load`. Raises ValueError."""
+    twins = {name: twin.name for name, twin in variables.in_si_too().items() if twin.name in root.coords}
+    if not twins:
+        raise ValueError("si = True: lengths and loads in SI need a campaign with [scales]")
+    found = root.swap_dims({name: twin for name, twin in twins.items() if name in root.dims})
+    found.set_close(root.close)
+    return found
+
+
+# What the members of each case have, behind the means.
+
+
+def of_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
+    """A number of all members of each row, (members,) each: none of a row without a result, the row's own value alone of a
+    parameter and of anything that members do not have each."""
+    for group_name, group in variables.all_groups().items():
+        held = groups_of(rows.root).get(group_name)
+        if held is None or MEMBER not in group.samples or name not in held or not rows.has(group.id.name):
+            continue
+        first = variables.windows(held, group)[MEMBER]
+        number = {label: place for place, label in enumerate(held[group_name].values.tolist())}
+        places = [number.get(label) for label in rows.values(group.id.name).tolist()]
+        values = held[name].values
+        return [values[:0] if place is None else values[first[place] : first[place + 1]] for place in places]
+    return [np.array([value]) for value in rows.values(name)]
+
+
 # `dataset.nanoslip`: records, trajectories, contacts and events of a dataset, each with its case's scalars.
 
 FRICTION = ("event_force_before", "event_force_after")
@@ -97,6 +126,24 @@ class Accessor:
     def tree(self) -> xr.DataTree:
         """The dataset with all its groups, as `xr.open_datatree` gives it of a file; `tree.to_netcdf(path)` keeps all of it."""
         return tree_of(self._dataset)
+
+    def sel(self, **selection: Any) -> xr.Dataset:
+        """The cases that are selected, with all their numbers: as xarray's `sel`, and values may have units.
+
+        A single value drops its dimension, a list keeps it.
+
+        >>> data.nanoslip.sel(normal_load="0.2 N")  # doctest: +SKIP
+        """
+        found = self._dataset
+        for key, wanted in selection.items():
+            hits = hits_of(found, found.coords, key, wanted)
+            if hits.ndim > 1:
+                raise ValueError(f"{key}: varies along {', '.join(map(str, hits.dims))}; select one of these first")
+            for dim in hits.dims:
+                places = np.flatnonzero(hits.values)
+                single = np.ndim(wanted) == 0 and len(places) == 1
+                found = found.isel({dim: int(places[0]) if single else places})
+        return found
 
     def record(self, **selection: Any) -> xr.Dataset:
         """The friction record of one case over `event`, numbered from 1, with the coordinate `displacement`, and `event_drop`.

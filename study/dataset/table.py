@@ -95,23 +95,28 @@ def selected(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:
     along = root[name]
     chosen = xr.DataArray(np.ones(along.shape, np.bool_), dims=along.dims)
     for key, wanted in selection.items():
-        if key not in along.coords:
-            near = difflib.get_close_matches(key, map(str, along.coords), 1)
-            known = f"did you mean {near[0]}?" if near else f"there are {', '.join(map(str, along.coords))}"
-            raise KeyError(f"{key}: no coordinate of these cases; {known}")
-        coordinate, values = along.coords[key].variable, np.atleast_1d(np.asarray(wanted))
-        if values.dtype.kind == "U" and not are_texts(coordinate):
-            values = np.array([value_of(key, text, scales_of(root.attrs)) for text in values.tolist()])
-        hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, nearest(coordinate.values, values)))
-        if not hits.any():
-            given = ",".join(map(str, np.ravel(wanted)))
-            there = some(map(as_typed, along.coords[key].values.ravel().tolist()))
-            raise KeyError(f"{key} = {given}: no such case; there are {there}")
-        chosen = chosen & hits
+        chosen = chosen & hits_of(root, along.coords, key, wanted)
     found = case_rows(root, name).at(chosen.transpose(*along.dims).values.ravel())
     if not len(found):
         raise KeyError(f"{selection_text(selection)}: no case is all of that")
     return found
+
+
+def hits_of(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: str, wanted: Any) -> xr.Variable:
+    """Where a coordinate has one of the wanted values, perhaps texts with units. Raises KeyError if it is nowhere."""
+    if key not in coordinates:
+        near = difflib.get_close_matches(key, map(str, coordinates), 1)
+        known = f"did you mean {near[0]}?" if near else f"there are {', '.join(map(str, coordinates))}"
+        raise KeyError(f"{key}: no coordinate of these cases; {known}")
+    coordinate, values = coordinates[key].variable, np.atleast_1d(np.asarray(wanted))
+    if values.dtype.kind == "U" and not are_texts(coordinate):
+        values = np.array([value_of(key, text, scales_of(root.attrs)) for text in values.tolist()])
+    hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, nearest(coordinate.values, values)))
+    if not hits.any():
+        given = ",".join(map(str, np.ravel(wanted)))
+        there = some(map(as_typed, coordinate.values.ravel().tolist()))
+        raise KeyError(f"{key} = {given}: no such case; there are {there}")
+    return hits
 
 
 NEAR: Final = 1e-9

@@ -194,12 +194,14 @@ def test_the_examples_of_the_page_run(tmp_path, monkeypatch):
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
     axes = {"intrinsic_friction": [0.25, 0.5], "normal_load": [1e-3, 2e-3]}
-    run({"title": "mine", "stages": ["contact", "slip"], "axes": axes, "numerics": {"n_x": 17}}, "results/mine").close()
+    scales = {"slab_width": "1 mm", "slab_depth": "1 cm", "shear_modulus": "10 GPa"}
+    mine = {"title": "mine", "stages": ["contact", "slip"], "scales": scales, "axes": axes, "numerics": {"n_x": 17}}
+    run(mine, "results/mine").close()
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "dataset.md").read_text("utf-8"), re.DOTALL)
     names: dict[str, Any] = {}
     for block in blocks:
         exec(block, names)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     assert len(names["table"]) == 4
     assert set(names["events"]["normal_load"]) == {1e-3, 2e-3}
     np.testing.assert_array_equal(names["words"].values, names["results"]["message"].values)
@@ -273,3 +275,48 @@ def test_events_and_samples_are_rows_of_their_runs(full, table, draw, where, sam
     one = getattr(full.nanoslip, draw)(**where)
     for column, name in same.items():
         assert [found[column][row] for row in mine] == one[name].values.tolist()
+
+
+IN_NEWTONS = {
+    "title": "Three loads",
+    "stages": ["contact"],
+    "scales": {"slab_width": "2 mm", "shear_modulus": "1 MPa"},
+    "axes": {"normal_load": ["0.1 N", "0.2 N", "0.4 N"], "radius": ["3 mm", "6 mm"]},
+    "numerics": {"n_x": 33, "scheme": "half_plane"},
+}
+
+
+@pytest.fixture(scope="module")
+def in_newtons(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The folder of a campaign in N and mm."""
+    folder = tmp_path_factory.mktemp("newtons")
+    run(IN_NEWTONS, out=folder, progress=False)
+    return folder
+
+
+def test_a_number_in_si_selects_the_case_of_that_size(in_newtons):
+    """By a text with its unit, or along coordinates in SI; a size that no case has selects none."""
+    with open_dataset(in_newtons) as data, open_dataset(in_newtons, si=True) as along_si:
+        for newtons in (0.1, 0.2, 0.4):
+            found = data.nanoslip.sel(normal_load=f"{newtons} N")
+            assert found["normal_load_si"].item() == pytest.approx(newtons, rel=1e-12)
+            assert found["contact_half_width"].dims == data["contact_half_width"].isel(normal_load=0).dims
+            alike = along_si.sel(normal_load_si=newtons, method="nearest", tolerance=1e-9)
+            np.testing.assert_array_equal(found["contact_half_width"], alike["contact_half_width"])
+        several = data.nanoslip.sel(normal_load=["0.1 N", "0.4 N"], radius="3 mm")
+        assert several.sizes["normal_load"] == 2
+        assert "radius" not in several.sizes
+        assert groups_of(several).keys() == groups_of(data).keys()
+        with pytest.raises(KeyError, match="no such case"):
+            data.nanoslip.sel(normal_load="0.3 N")
+        with pytest.raises(KeyError, match="did you mean normal_load"):
+            data.nanoslip.sel(normal_lod="0.3 N")
+        with pytest.raises(KeyError):
+            along_si.sel(normal_load_si=0.3, method="nearest", tolerance=1e-9)
+        scaled = along_si.nanoslip.sel(normal_load="0.2 N")
+        assert scaled["normal_load_si"].item() == pytest.approx(0.2, rel=1e-12)
+
+
+def test_coordinates_in_si_need_scales(full_folder):
+    with pytest.raises(ValueError, match="scales"):
+        open_dataset(full_folder, si=True)
