@@ -45,7 +45,7 @@ class Ensemble:
         """The case of a member, by its number from 0."""
         if self.members == 1:
             return case
-        drawn = chance_of(case, number)
+        drawn = chance_of(case, number, *_given_start(case))
         return self.moved(case, drawn._replace(seed=case.heterogeneity.seed + number * SEEDS))
 
     def moved(self, case: Case, chance: "Chance") -> Case:
@@ -84,6 +84,13 @@ class Ensemble:
         if of or self.within is None:
             return replace(self, of=of)
         return Ensemble(min(FEWEST, self.members), places=self.places)
+
+
+def _given_start(case: Case) -> tuple[float, ...]:
+    """The start of a case as further numbers of a draw, so that members of cases with other starts are independent of each other:
+    the same ones, moved together, would be no fair sample of all starts. None of the usual start at a node, which tells no
+    cases apart."""
+    return (case.start, case.start_y) if case.start or case.start_y else ()
 
 
 class Chance(NamedTuple):
