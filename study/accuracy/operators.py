@@ -120,7 +120,7 @@ GAUSS: Final = np.polynomial.legendre.leggauss(16)
 
 
 def nodal_forces_of_ball(compliance: Compliance, radius: float) -> Vector:
-    """Nodal forces (n,) of a unit load q = 3/(2πa²)·√(1 - (r/a)²): what the square of each node carries, as the scheme loads squares.
+    """Nodal forces (n,) of a unit load q = 3/(2πa²)·√(1 - (r/a)²): what the square of each node carries.
 
     Across a column at x, with c² = a² - x²: ∫√(c² - y²) dy = ½ (y √(c² - y²) + c² asin(y/c)).
     """
@@ -200,7 +200,7 @@ def _measured(setup: Setup, slab: Slab, effort: Effort, truth: Mapping[float, Ma
 
 
 def _computed_anew(slab: Slab) -> Compliance:
-    """The surface compliance, without the convolutions that `surface_compliance` keeps: their time would be that of finding one."""
+    """The surface compliance, without the convolutions that `surface_compliance` keeps and finds in no time."""
     if isinstance(slab.scheme, EndlessScheme):
         return EndlessCompliance(slab.scheme.convolution(slab), slab)
     return surface_compliance(slab)

@@ -28,7 +28,7 @@ from nanoslip.study.manifest.parameters import of_symbol
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.expectations import out_of_reach
 from nanoslip.study.report.console import Table, console, note, print_sentences, print_table, whole
-from nanoslip.study.report.summary import holes, with_size
+from nanoslip.study.report.summary import failure_summary, flag_summary, with_size
 from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_campaign
@@ -47,7 +47,7 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
     form = format_of(picture) if picture else ""
     with refusals(ValueError), dataset_of(dataset, out) as opened:
         found = sensitivity(opened, of)
-        why = [*holes(opened).values()] if found.holes else []
+        why = [*(failure_summary(opened).values() if found.holes else ()), *flag_summary(opened).values()]
     shares = dict(zip(found.axes, zip(found.first.tolist(), found.total.tolist(), strict=True), strict=True))
     if as_json:
         axes = {axis: {"first": first, "total": total} for axis, (first, total) in shares.items()}
@@ -205,7 +205,10 @@ def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
     with Lease(out, farm.interruption.request) as lease:
         journal = Journal(out)
         return question.answer(
-            lambda plan: compute_campaign(farm, plan, journal, lease, progress, warn).store, out, points, holes
+            lambda plan: compute_campaign(farm, plan, journal, lease, progress, warn).store,
+            out,
+            points,
+            failure_summary,
         )
 
 

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.regime import REGIMES
+from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR, in_measure
-from nanoslip.solver.sliding.validity import DOUBTFUL
 from nanoslip.study.dataset import variables
+from nanoslip.study.dataset.access import of_members
 from nanoslip.study.dataset.table import CaseRows, Selection, selected, zipped
 from nanoslip.study.manifest.parameters import as_written
 
@@ -135,10 +136,8 @@ class Points:
     """The part of them that all members share; 0 where none is stated."""
     axes: Mapping[str, NDArray[Any]]
     """The coordinates in which cases differ."""
-    flagged: NDArray[np.bool_]
-    """True if a validity flag advises caution."""
-    doubtful: NDArray[np.bool_]
-    """True if a flag other than that of a short record advises caution."""
+    flags: NDArray[np.int64]
+    """Bits of the validity flags, which advise caution."""
     members: NDArray[np.int64]
     """Number of members of an ensemble in each mean; -1 if the value is no mean."""
     shares: Floats
@@ -170,9 +169,9 @@ class Points:
         return np.asarray(self.values != "") if self.text else np.isfinite(self.values)
 
     @property
-    def unflagged(self) -> Floats:
-        """Numbers, with NaN for doubtful ones."""
-        return np.where(self.doubtful, np.nan, self.values.astype(float))
+    def flagged(self) -> NDArray[np.bool_]:
+        """True if a validity flag advises caution."""
+        return np.asarray(self.flags != 0)
 
     @property
     def unsure(self) -> NDArray[np.bool_]:
@@ -198,8 +197,7 @@ _ARRAYS: Final = (
     "values",
     "errors",
     "shared",
-    "flagged",
-    "doubtful",
+    "flags",
     "members",
     "shares",
     "lacking",
@@ -215,9 +213,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
     Raises KeyError without such a variable, or where no case is like that.
     The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
-    names = filter(None, (name, over, variables.OUTCOMES[""].ending.name))
-    widest = max(names, key=lambda each: dataset[each].ndim)
-    rows = selected(dataset, widest, where)
+    rows = _rows_of(dataset, (name, over), where)
     value, error, stated = _ratio(rows, name, over) if over else _number(rows, name)
     none = np.full(len(rows), -1)
     members, used = [_counts(rows.values(each)) for each in variables.members_of(dataset, name)] or (none, none)
@@ -232,8 +228,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
         error,
         np.nan_to_num(rows.values(shared).astype(float)) if shared else np.zeros(len(rows)),
         axes := axes_of(rows),
-        flags != 0,
-        flags & DOUBTFUL != 0,
+        flags,
         members,
         np.array([max(each.values()) / sum(each.values()) for each in tallies]),
         (members > 0) & (members < used),
@@ -242,6 +237,35 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
         rows.values(CRITICAL).astype(float) if name == "regime" and CRITICAL in dataset else np.full(len(rows), np.nan),
         np.full(len(rows), np.nan),
     )
+
+
+def _rows_of(dataset: xr.Dataset, names: Iterable[str], where: Selection) -> CaseRows:
+    """The selected rows of all variables with these names, of cases at least."""
+    known = filter(None, (*names, variables.OUTCOMES[""].ending.name))
+    return selected(dataset, max(known, key=lambda each: dataset[each].ndim), where)
+
+
+def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
+    """Standard deviation over the members of each of all points, also where the mean has no ±; NaN of fewer than two members."""
+    names = points.name.split("/")
+    rows = _rows_of(dataset, names, {})
+    columns = [of_members(rows, name) for name in names]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        values = columns[0] if len(columns) == 1 else [above / below for above, below in zip(*columns, strict=True)]
+    return np.array([_deviation(each[np.isfinite(each)]) for each in values])
+
+
+def known_errors(points: Points, spread: Floats) -> Floats:
+    """The ± of means (n,); where it is unknown, as of records that are too short, what members scatter: the least that it is.
+
+    spread: standard deviation over members, NaN of one alone.
+    """
+    members = np.where(points.members > 1, points.members, np.nan)
+    return np.where(np.isfinite(points.errors), points.errors, student(members) * spread / np.sqrt(members))
+
+
+def _deviation(values: NDArray[Any]) -> float:
+    return float(np.std(values, ddof=1)) if len(values) > 1 else math.nan
 
 
 CRITICAL: Final = "critical_velocity"

@@ -9,14 +9,14 @@ from typing import Any, Final
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import DURATIONS
-from nanoslip.solver.ensemble import student
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
-from nanoslip.study.figures.points import Points, points_named
+from nanoslip.study.figures.points import known_errors, points_named, spread_of_members
 from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, search_parameters
 from nanoslip.study.inference.sensitivity import axis_of
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
@@ -42,6 +42,11 @@ DECADE: Final = 10.0
 LARGEST_MEASURED: Final = 1e100
 """Largest measured number: its square, and those of its ratios, are floats."""
 _DESIGN: Final = ("design", "points", "design_seed", "table", "axes")
+START: Final = "start"
+START_Y: Final = "start_y"
+SEED: Final = "seed"
+SPREAD: Final = "spread"
+"""Words of parameters that decide where a pin comes down, and on which nodes."""
 DRIVE_WORD: Final = "drive"
 """Word that chooses one drive of several by its name."""
 
@@ -57,13 +62,18 @@ class Question:
     ranges: tuple[Range, ...]
     """Ranges of the parameters that vary, named by their words in a manifest."""
     targets: tuple[Target, ...]
+    places: tuple[str, ...] = ()
+    """Parameters that decide where a pin comes down, drawn anew at each point; none that was asked for."""
+    same_places: bool = False
+    """True if members come down at the same places at all points, as a start that was asked for."""
 
-    def plans(self, x: Floats) -> list[Plan]:
+    def plans(self, x: Floats, own_starts: bool = True) -> list[Plan]:
         """The cases at points (n, d) in the unit cube, in their order: a plan for each setting of the drives.
 
-        Raises ManifestError.
+        own_starts: see `_starts_of`; without them the cases are the campaign's own. Raises ManifestError.
         """
-        return self._plans(np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)]))
+        values = np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)])
+        return self._plans(values, self._starts_of(values) if own_starts else {})
 
     def answer(self, compute: Compute, out: Path, most: int, why: Reasons) -> Fit:
         """Find the parameters that agree, from at most `most` computed points; finished points of the campaign are used.
@@ -71,16 +81,25 @@ class Question:
         out: folder of the campaign's results. Raises what `compute` does, TooFewError.
         """
 
+        own = self.finished_points(Store(out))
+
         def simulate(x: Floats) -> ComputedPoint:
             plans = self.plans(x)
-            return ComputedPoint(x, *self._numbers(plans, compute(joined_plans(plans))))
+            return self._points(x, plans, compute(joined_plans(plans)), self.same_places)
 
         def reasons(x: Floats) -> list[str]:
-            found = [why(collect(plan, Store(out))) for plan in self.plans(x)]
+            ours = (x[:, None] == own[None]).all(axis=-1).any(axis=1)
+            plans = [*self._plans_of_some(x[ours], own_starts=False), *self._plans_of_some(x[~ours])]
+            found = [why(collect(plan, Store(out))) for plan in plans]
             return list({cause: line for each in found for cause, line in each.items()}.values())
 
-        known = self.finished_points(Store(out))
-        before = simulate(known) if len(known) else None
+        before = None
+        if len(own):
+            plans = self.plans(own, own_starts=False)
+            before = self._points(own, plans, compute(joined_plans(plans)), same_places=True)
+            before = (
+                before if np.isfinite(before.errors).any() else None
+            )  # of single starts all have the same error, unknown
         return search_parameters(self.targets, self.ranges, simulate, before, most, reasons)
 
     def at(self, x: Floats) -> str:
@@ -103,14 +122,14 @@ class Question:
         rows = np.unique(rows[((rows >= ends[:, 0]) & (rows <= ends[:, 1])).all(axis=1)], axis=0)
         if not len(rows):
             return none
-        same = [case.case_id in there for case in self._plans(rows)[0].cases]
+        same = [case.case_id in there for case in self._plans(rows, {})[0].cases]
         return np.column_stack([each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)])
 
     def check(self, out: Path) -> None:
         """Raises ValueError if a target is no number of the campaign, or not one for each case."""
         middle = np.full((2, len(self.ranges)), 0.5)
         middle[1] += 0.25
-        self._numbers(self.plans(middle), Store(out))
+        self._points(middle, self.plans(middle), Store(out), same_places=False)
 
     def _with(self, values: Mapping[str, Any]) -> dict[str, Any]:
         document = dict(self.document)
@@ -118,24 +137,54 @@ class Question:
             _fix(document, word, value)
         return document
 
-    def _plans(self, values: Floats) -> list[Plan]:
-        names = np.array([each.name for each in self.ranges])
-        of_drives = np.array([table_taking(name) == "" for name in names])
-        found = []
-        for settings, rows in itertools.groupby(values, lambda row: tuple(row[of_drives].tolist())):
-            table = rows_as_csv((names[~of_drives], *(row[~of_drives].tolist() for row in rows)))
-            document = self._with(dict(zip(names[of_drives].tolist(), settings, strict=True)))
-            files = {**self.manifest.files}
-            if not of_drives.all():
-                document, files = {**document, "table": TABLE}, {**files, "table": table}
-            found.append(make_plan(parse_manifest(self.manifest.path, as_toml(document), files)))
-        return found
+    def _starts_of(self, values: Floats) -> dict[str, list[float]]:
+        """Column of `places` -> its values at points (n, d): members come down elsewhere at each, so that errors are independent.
 
-    def _numbers(self, plans: Sequence[Plan], store: Store) -> tuple[Floats, ...]:
+        Members of equal load, pin and grid start at the same places: their means are all off by the same, which no further point
+        shows. The places follow from the point alone, so that it is the same case whenever it is computed.
+        """
+        drawn = [
+            np.random.PCG64(np.frombuffer(row.tobytes(), np.uint32)).random_raw(len(self.places)) for row in values
+        ]
+        columns = dict(zip(self.places, np.array(drawn, np.uint64).reshape(-1, len(self.places)).T, strict=True))
+        return {
+            name: (raws >> np.uint64(33)).tolist() if name == SEED else ((raws >> np.uint64(11)) * 2.0**-53).tolist()
+            for name, raws in columns.items()
+        }
+
+    def _plans_of_some(self, x: Floats, own_starts: bool = True) -> list[Plan]:
+        return self.plans(x, own_starts) if len(x) else []
+
+    def _plans(self, values: Floats, starts: Mapping[str, list[float]]) -> list[Plan]:
+        names = [each.name for each in self.ranges]
+        of_drives = [name for name in names if table_taking(name) == ""]
+        columns = dict(zip(names, values.T.tolist(), strict=True))
+        settings = list(zip(*(columns[name] for name in of_drives), strict=True)) or [()] * len(values)
+        columns = {name: column for name, column in columns.items() if name not in of_drives} | {**starts}
+        rows = list(zip(*columns.values(), strict=True)) or [()] * len(values)
+        return [
+            self._plan(dict(zip(of_drives, setting, strict=True)), [*columns], [rows[number] for number in numbers])
+            for setting, numbers in itertools.groupby(range(len(values)), settings.__getitem__)
+        ]
+
+    def _plan(self, settings: Mapping[str, float], names: Sequence[str], rows: Sequence[tuple[float, ...]]) -> Plan:
+        """The cases of a table with these columns, under one setting of the drives."""
+        document, files = self._with(settings), {**self.manifest.files}
+        if names:
+            for table in TABLES:
+                document[table] = {key: value for key, value in document.get(table, {}).items() if key not in names}
+            document = {key: value for key, value in document.items() if value or key not in TABLES}
+            document, files = {**document, "table": TABLE}, {**files, "table": rows_as_csv((names, *rows))}
+        return make_plan(parse_manifest(self.manifest.path, as_toml(document), files))
+
+    def _points(self, x: Floats, plans: Sequence[Plan], store: Store, same_places: bool) -> ComputedPoint:
+        """same_places: whether members come down at the same places at all points."""
         parts = [self._numbers_of(plan, collect(plan, store)) for plan in plans]
-        return tuple(np.concatenate(each) for each in zip(*parts, strict=True))
+        values, errors, starts, flags = (np.concatenate(each) for each in zip(*parts, strict=True))
+        return ComputedPoint(x, values, errors, starts, errors if same_places else 0.0 * errors, flags.max(axis=1))
 
-    def _numbers_of(self, plan: Plan, dataset: xr.Dataset) -> tuple[Floats, ...]:
+    def _numbers_of(self, plan: Plan, dataset: xr.Dataset) -> tuple[NDArray[Any], ...]:
+        """Values, ±, standard deviations of a start, and validity flags, each (cases, targets)."""
         found = [points_named(dataset, target.name) for target in self.targets]
         if len({points.name for points in found}) < len(found):
             raise ManifestError.of(", ".join(target.name for target in self.targets), need="each number once")
@@ -146,15 +195,15 @@ class Question:
                 names = ", ".join(dict.fromkeys(drive.name for drive in plan.manifest.drives))
                 need = f"one drive: give {DRIVE_WORD}=NAME ({names}), and a value on each drive axis"
                 raise ManifestError.of(target.name, need=need)
-        columns = [(points.unflagged, points.errors, _of_one_start(points)) for points in found]
-        return tuple(np.column_stack(each) for each in zip(*columns, strict=True))
-
-
-def _of_one_start(points: Points) -> Floats:
-    """The standard deviation of a member, from the unshared part of the mean's ±; NaN where there is one alone."""
-    members = np.where(points.members > 1, points.members, np.nan)
-    scatter = np.sqrt(np.maximum(points.errors**2 - points.shared**2, 0.0))
-    return np.asarray(scatter * np.sqrt(members) / student(members))
+        starts = [spread_of_members(dataset, points) for points in found]
+        errors = [known_errors(points, start) for points, start in zip(found, starts, strict=True)]
+        columns = (
+            [points.values.astype(float) for points in found],
+            errors,
+            starts,
+            [points.flags for points in found],
+        )
+        return tuple(np.column_stack(each) for each in columns)
 
 
 def question_of(
@@ -192,7 +241,16 @@ def question_of(
         _fix(document, word, value)
     document = {key: value for key, value in document.items() if value or key not in (*TABLES, "drives", "drive_axes")}
     ranges = [_range(manifest, document, word, ends, axes.get(word), given) for word, ends in asked.items()]
-    return Question(manifest, document, tuple(ranges), tuple(targets))
+    question = Question(manifest, document, tuple(ranges), tuple(targets))
+    case = question.plans(np.full((1, len(ranges)), 0.5), own_starts=False)[0].cases[0].case or Case.of({})
+    varied = {each.name for each in ranges}
+    drawn = {
+        START: True,
+        START_Y: case.slab.scheme.planar,
+        SEED: case.heterogeneity.spread > 0.0 or SPREAD in varied,
+    }
+    places = tuple(name for name, there in drawn.items() if there and name not in {*fixed, *varied})
+    return replace(question, places=places, same_places=START in fixed)
 
 
 def _by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[str, Any]:

@@ -17,6 +17,7 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
+from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.solver.view import with_error
 from nanoslip.study.inference.surrogate import Surrogate, TooFewError, regress
 
@@ -57,7 +58,7 @@ class Range(NamedTuple):
 
 
 class ComputedPoint(NamedTuple):
-    """Numbers (n, targets) at points (n, parameters) in the unit cube, their ±, and the standard deviation of one start.
+    """Numbers (n, targets) at points (n, parameters) in the unit cube, and what they are off, each (n, targets).
 
     NaN where there is none.
     """
@@ -65,7 +66,13 @@ class ComputedPoint(NamedTuple):
     x: Floats
     values: Floats
     errors: Floats
+    """The ± of each."""
     starts: Floats
+    """The standard deviation of one start."""
+    common: Floats
+    """The part of ± that is the same draw at all points, as that of starts at the same places."""
+    flags: NDArray[np.int64]
+    """(n,) Bits of the validity flags of each point."""
 
     def with_these(self, other: "ComputedPoint") -> "ComputedPoint":
         """All points of both."""
@@ -107,7 +114,7 @@ class Fit:
     surrogates: tuple[Surrogate, ...]
     """One for each target."""
     why: tuple[str, ...] = ()
-    """Reasons for points without a number, or with a validity flag, and remedies."""
+    """Reasons for points without a number, and remedies."""
     at_best: ComputedPoint | None = None
     """The best point, computed as well."""
 
@@ -134,16 +141,16 @@ class Fit:
 
     @cached_property
     def noise(self) -> Floats:
-        """Standard deviation (targets,) of a measured number beside the surrogate's error: its ±, scatter, and that of a start.
+        """Standard deviation (targets,) of a measured number beside the surrogate's error: its ±, and of one start their scatter.
 
-        That of starts is the same share of the number at all points, as friction is proportional to μ_i.
+        That is the same share of the number at all points, as friction is proportional to μ_i. What computed means scatter is no
+        part of it: their starts do, and the surrogate's error contains it.
         """
         there = np.isfinite(self.computed.values + self.computed.starts)
         values, starts = (np.where(there, each, 0.0) for each in (self.computed.values, self.computed.starts))
         shares = np.linalg.norm(starts, axis=0) / np.maximum(np.linalg.norm(values, axis=0), 1e-300)
         starts_of = shares * [target.one_start * target.value for target in self.targets]
-        scatter = [surrogate.scatter for surrogate in self.surrogates]
-        return np.asarray(np.hypot(np.hypot([target.error for target in self.targets], scatter), starts_of))
+        return np.asarray(np.hypot([target.error for target in self.targets], starts_of))
 
     def limit(self, level: float) -> float:
         """The misfit up to which points agree at this level."""
@@ -306,8 +313,11 @@ def sentences(found: Fit) -> Iterator[str]:
         )
     yield f"{len(found.computed.x)} points are computed."
     if missing := int((~np.isfinite(found.computed.values).all(axis=1)).sum()):
-        yield f"Without a number, or with a validity flag: {missing} of them; around these nothing agrees."
+        yield f"Without a number: {missing} of them; around these nothing agrees."
         yield from found.why
+    for flag in FLAGS:
+        if flagged := int((found.computed.flags & flag.mask != 0).sum()):
+            yield f"Used with the validity flag {flag.name}: {flagged} of them ({flag.meaning}). Advice: {flag.advice}."
 
 
 EDGE_SHARE: Final = 0.02
@@ -361,11 +371,13 @@ def filling(dimensions: int) -> Floats:
 
 def _surrogates(targets: Sequence[Target], computed: ComputedPoint, why: Sequence[str]) -> tuple[Surrogate, ...]:
     found = []
-    for target, values, errors in zip(targets, computed.values.T, computed.errors.T, strict=True):
+    for target, values, errors, common in zip(
+        targets, computed.values.T, computed.errors.T, computed.common.T, strict=True
+    ):
         try:
-            found.append(regress(computed.x, values, errors))
+            found.append(regress(computed.x, values, errors, common=common))
         except TooFewError as error:
             missing = int(np.isnan(values).sum())
-            holes = [f"; {missing} of {len(values)} points are without, or with a validity flag"] if missing else []
+            holes = [f"; {missing} of {len(values)} points are without"] if missing else []
             raise TooFewError("\n".join([f"{target.name}: {error}{''.join(holes)}", *why])) from None
     return tuple(found)

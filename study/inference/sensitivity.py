@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.study.figures.points import points_named, unevenness
+from nanoslip.study.figures.points import known_errors, points_named, spread_of_members, unevenness
 from nanoslip.study.inference.surrogate import ALIKE, MOST_REGRESSED, TooFewError, regress
 
 # The parameters of cases as numbers in the unit cube, and how likely each value is.
@@ -102,7 +102,9 @@ class Sensitivity:
     known: int
     """Cases that the indices rest on."""
     holes: int
-    """Cases without the number, or with a flag."""
+    """Cases without the number."""
+    unsure: int
+    """Cases with the number and without a ±, whose error counts as that of the others."""
     complete: bool
     """True if the cases are a complete product of axes."""
     unknown: str = ""
@@ -121,7 +123,8 @@ def indices(
     some = np.isfinite(errors[there]).any() and np.ptp(values[there]) > 0.0
     with np.errstate(over="ignore"):
         noise = np.nanmean(errors[there] ** 2) / np.var(values[there]) if some else np.nan
-    none, counts = np.full((len(axes), 3), np.nan), (int(there.sum()), int((~there).sum()))
+    unsure = there & np.isnan(errors)
+    none, counts = np.full((len(axes), 3), np.nan), (int(there.sum()), int((~there).sum()), int(unsure.sum()))
     found = Sensitivity(of, tuple(columns), none, none, float(noise), np.nan, np.nan, *counts, complete=False)
     if (tied := _tied(axes, columns)) or len(axes) < 2:
         return replace(found, unknown=tied or "only one parameter differs from case to case")
@@ -192,7 +195,9 @@ def _table(
     if len(np.unique(order)) < len(order):
         return None
     back = np.argsort(order)
-    return values[back].reshape(shape), np.nan_to_num(errors[back]).reshape(shape)
+    known = errors[np.isfinite(errors)]
+    usual = float(np.sqrt(np.mean(known**2))) if len(known) else 0.0
+    return values[back].reshape(shape), np.nan_to_num(errors[back], nan=usual).reshape(shape)
 
 
 def _of_tables(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
@@ -228,7 +233,7 @@ def _interval(drawn: Floats, missed: float) -> Floats:
 
 
 def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST_REGRESSED) -> Sensitivity:
-    """Compute the sensitivity of a number of a dataset; flagged numbers count as holes. Raises UnknownNameError, ValueError.
+    """Compute the sensitivity of a number of a dataset; flagged numbers count as all others. Raises UnknownNameError, ValueError.
 
     of: a variable as `nanoslip describe` lists them, its symbol, or a ratio of two. most: values that a surrogate is made of.
 
@@ -246,7 +251,8 @@ def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST_REGRESSED) -> Sen
     points = points_named(dataset, of)
     if points.text:
         raise ValueError(f"{of}: needs a number, and is words")
-    return indices(points.name, points.axes, points.unflagged, points.errors, most)
+    errors = known_errors(points, spread_of_members(dataset, points))
+    return indices(points.name, points.axes, points.values.astype(float), errors, most)
 
 
 def caution(found: Sensitivity) -> str:
@@ -261,6 +267,8 @@ def caution(found: Sensitivity) -> str:
     told = [f"From {points}, {how}"]
     if np.isfinite(found.noise):
         told.append(f"{100.0 * found.noise:.2g} % of the variance is that of the ±, and in no index")
+        if found.unsure:
+            told.append(f"{found.unsure} have no ±: that of the others counts for them")
     else:
         told.append("no ± is known")
     if found.scatter > LEAST_SCATTER:

@@ -70,7 +70,9 @@ class Surrogate:
     residual: Floats
     """(n,) values, scaled."""
     noise: Floats
-    """(n,) variance of each beside the smooth dependence: of its ± and of the scatter; scaled."""
+    """(n,) variance of each beside the smooth dependence, independent of all others: of its ± and of the scatter; scaled."""
+    common: Floats
+    """(n,) error of each that is the same draw in all of them, scaled."""
     kernel: Covariance
     lengths: Floats
     amplitude: float
@@ -81,6 +83,8 @@ class Surrogate:
     scale: float
     factor: Any
     """Cholesky factor of the values' covariance."""
+    surprise: float
+    """Root mean square of what all other values miss of each, in standard errors of that: 1 if errors are what they state."""
     predictivity: float
     """Share of the variance, less that of the ±, that is predicted at each value by all the others.
 
@@ -88,7 +92,10 @@ class Surrogate:
     """
 
     def predict(self, x: Floats) -> tuple[Floats, Floats]:
-        """The smooth dependence at points (m, d), and its standard error; scatter is not in it."""
+        """The smooth dependence at points (m, d), and its standard error; scatter is not in it.
+
+        Where values left out are missed by more than their standard errors, all standard errors are larger by that factor.
+        """
         means, variances = np.empty(len(x)), np.empty(len(x))
         weights = scipy.linalg.cho_solve(self.factor, self.residual)
         for first in range(0, len(x), CHUNK):
@@ -97,7 +104,8 @@ class Surrogate:
             means[part] = near @ weights
             half = scipy.linalg.solve_triangular(self.factor[0], near.T, lower=True)
             variances[part] = self.amplitude - np.einsum("ij,ij->j", half, half)
-        return self.mean + self.scale * means, self.scale * np.sqrt(np.maximum(variances, 0.0))
+        widened = self.scale * max(self.surprise, 1.0)
+        return self.mean + self.scale * means, widened * np.sqrt(np.maximum(variances, 0.0))
 
     def paths(self, count: int, seed: int) -> Callable[[Floats], Floats]:
         """Draw `count` functions that agree with the values: called with points (m, d) they give (count, m).
@@ -115,6 +123,8 @@ class Surrogate:
             return np.asarray(np.cos(x @ waves + phases) @ heights)
 
         errors = draw.standard_normal((len(self.x), count)) * np.sqrt(self.noise)[:, None]
+        if self.common.any():
+            errors += self.common[:, None] * draw.standard_normal(count)
         bend = scipy.linalg.cho_solve(self.factor, self.residual[:, None] - before(self.x) - errors)
 
         def drawn(x: Floats) -> Floats:
@@ -129,36 +139,88 @@ class Surrogate:
         return self.amplitude * self.kernel.value(distance)
 
 
-def regress(x: Floats, y: Floats, errors: Floats, most: int = MOST_REGRESSED) -> Surrogate:
-    """Regress values y (n,) at points x (n, d) in the unit cube. errors: the ± of each, NaN if unknown.
+def regress(
+    x: Floats, y: Floats, errors: Floats, most: int = MOST_REGRESSED, common: Floats | None = None
+) -> Surrogate:
+    """Regress values y (n,) at points x (n, d) in the unit cube. errors: the ± of each, NaN if unknown (in the scatter).
 
+    common: the part of each ± that is the same draw in all values, as that of members that come down at the same places.
     Values that are NaN do not count; of more than `most` so many, spread evenly. Raises TooFewError.
     """
     there = np.flatnonzero(np.isfinite(y))
     there = there[np.linspace(0, len(there) - 1, min(len(there), most)).astype(int)] if len(there) else there
-    x, y, errors = x[there], y[there], np.nan_to_num(errors[there])
-    if len(y) < FEWEST_VALUES:
-        raise TooFewError(f"{len(y)} values are known: needs at least {FEWEST_VALUES}")
+    if len(there) < FEWEST_VALUES:
+        raise TooFewError(f"{len(there)} values are known: needs at least {FEWEST_VALUES}")
+    x, y = x[there], y[there]
     if not y.std() > ALIKE * np.abs(y).max():
         raise TooFewError(f"all {len(y)} values are the same: no parameter that varies changes them")
+    shared = np.zeros(len(y)) if common is None else _share(common[there], errors[there])
+    errors = _smooth_errors(x, errors[there])
+    together = shared * errors
     mean, scale = float(y.mean()), float(y.std())
     residual = (y - mean) / scale
-    variance = (np.minimum(errors, scale * ALIKE**-0.5) / scale) ** 2  # beyond, weights are rounding
+    errors, together = (np.minimum(each, scale * ALIKE**-0.5) / scale for each in (errors, together))
+    own = errors**2 - together**2
+    stated = np.diag(own) + np.outer(together, together)
     some = np.linspace(0, len(y) - 1, min(len(y), MOST_LEARNT)).astype(int)
-    kernel, found = _likeliest(x[some], residual[some], variance[some])
+    kernel, found = _likeliest(x[some], residual[some], stated[np.ix_(some, some)])
     lengths, amplitude, scatter = found[:-2], float(found[-2]), float(found[-1])
-    noise = variance + scatter + JITTER * amplitude
+    unexplained = scatter + JITTER * amplitude
     distance = scipy.spatial.distance.cdist(x / lengths, x / lengths)
-    factor = scipy.linalg.cho_factor(amplitude * kernel.value(distance) + np.diag(noise), lower=True)
-    inverse, known = scipy.linalg.cho_solve(factor, np.eye(len(x))), float(variance.mean())
-    squares = ((inverse @ residual) / np.diag(inverse)) ** 2  # of what all others miss of each (Eq. 5.12)
+    covariance = amplitude * kernel.value(distance) + stated + unexplained * np.eye(len(x))
+    factor = scipy.linalg.cho_factor(covariance, lower=True)
+    inverse = scipy.linalg.cho_solve(factor, np.eye(len(x)))
+    # What all others miss of each value, and its variance: Eq. 5.12.
+    variances = 1.0 / np.diag(inverse)
+    squares = (inverse @ residual * variances) ** 2
+    surprise = float(np.sqrt(np.mean(squares / variances)))
+    known = float(own.mean())
     missed = max(float(squares.mean()) - known, float(squares.std()) / len(x) ** 0.5)
-    share, own = 1.0 - missed / max(1.0 - known, 1e-12), scale * scatter**0.5
-    return Surrogate(x, residual, noise, kernel, lengths, amplitude, own, mean, scale, factor, share)
+    share = 1.0 - missed / max(1.0 - known, 1e-12)
+    own_scatter = scale * scatter**0.5
+    return Surrogate(
+        x,
+        residual,
+        own + unexplained,
+        together,
+        kernel,
+        lengths,
+        amplitude,
+        own_scatter,
+        mean,
+        scale,
+        factor,
+        surprise,
+        share,
+    )
 
 
-def _likeliest(x: Floats, residual: Floats, variance: Floats) -> tuple[Covariance, Floats]:
-    """The kernel, and its lengths, amplitude and scatter, under which these values are likeliest."""
+def _share(part: Floats, whole: Floats) -> Floats:
+    """Each part of an error over the whole, 0 where either is unknown."""
+    known = np.isfinite(part) & (whole > 0.0)
+    return np.clip(np.divide(part, whole, out=np.zeros_like(whole), where=known), 0.0, 1.0)
+
+
+def _smooth_errors(x: Floats, errors: Floats) -> Floats:
+    """The ± (n,) of values at points (n, d) as a smooth function of these, also where it is unknown; 0 if too few are known.
+
+    Each ± is an estimate from a few members, large where these happen to differ. Numbers with a long tail, as drops of force, are
+    then large as well, so that weights by each own ± would favour low ones. The mean logarithm of a Student ± of n members is
+    that of the true standard error to 3 % for any n: its factor and the mean logarithm of χ cancel.
+    """
+    known = np.isfinite(errors) & (errors > 0.0)
+    if known.sum() < FEWEST_VALUES:
+        return np.nan_to_num(errors)
+    logs = np.log(errors[known])
+    try:
+        smooth, _ = regress(x[known], logs, np.full(len(logs), np.nan)).predict(x)
+    except TooFewError:  # all alike
+        return np.full(len(errors), np.exp(logs[0]))
+    return np.exp(np.clip(smooth, logs.min(), logs.max()))
+
+
+def _likeliest(x: Floats, residual: Floats, stated: Floats) -> tuple[Covariance, Floats]:
+    """The kernel, lengths, amplitude and scatter of which these values are likeliest. stated: covariance (n, n) of their ±."""
     dimensions = x.shape[1]
     apart = (x[:, None, :] - x[None, :, :]) ** 2
     bounds = np.log([LENGTHS] * dimensions + [AMPLITUDES, SCATTERS])
@@ -167,7 +229,7 @@ def _likeliest(x: Floats, residual: Floats, variance: Floats) -> tuple[Covarianc
     climb = partial(minimize, jac=True, bounds=bounds, method="L-BFGS-B", options={"maxiter": 60})
 
     def unlikelihood(logs: Floats, kernel: Covariance) -> tuple[float, Floats]:
-        return _unlikelihood(kernel, np.exp(logs), apart, residual, variance)
+        return _unlikelihood(kernel, np.exp(logs), apart, residual, stated)
 
     found = [(kernel, climb(unlikelihood, start, (kernel,))) for kernel in KERNELS for start in starts]
     kernel, best = min(found, key=lambda each: float(each[1].fun))
@@ -175,7 +237,7 @@ def _likeliest(x: Floats, residual: Floats, variance: Floats) -> tuple[Covarianc
 
 
 def _unlikelihood(
-    kernel: Covariance, parameters: Floats, apart: Floats, residual: Floats, variance: Floats
+    kernel: Covariance, parameters: Floats, apart: Floats, residual: Floats, stated: Floats
 ) -> tuple[float, Floats]:
     """Negative logarithm of the marginal likelihood (Eq. 5.8-5.9), and its derivatives by the logarithms of parameters.
 
@@ -185,7 +247,7 @@ def _unlikelihood(
     squares = apart / lengths**2
     r = np.sqrt(squares.sum(axis=-1))
     smooth = amplitude * kernel.value(r)
-    covariance = smooth + np.diag(variance + scatter + JITTER * amplitude)
+    covariance = smooth + stated + (scatter + JITTER * amplitude) * np.eye(len(residual))
     try:
         factor = scipy.linalg.cho_factor(covariance, lower=True)
     except np.linalg.LinAlgError:

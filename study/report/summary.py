@@ -502,11 +502,6 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
     return lines
 
 
-def holes(dataset: xr.Dataset) -> dict[Hashable, str]:
-    """Reasons for cases without a number, or with a flag, and remedies, by cause."""
-    return failure_summary(dataset) | {**flag_summary(dataset)}
-
-
 def _where(rows: CaseRows, numbers: Sequence[int], what: str = "cases") -> str:
     """Report the number of some rows, and the first of them."""
     place = _place(rows, numbers[0])

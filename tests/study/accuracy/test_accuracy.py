@@ -141,8 +141,6 @@ normal_load = 0.02
 [numerics]
 n_x = 13
 scheme = "{scheme}"
-[limits]
-displacement = 5e-3
 [[drives]]
 name = "rig"
 duration = 0.05
@@ -151,7 +149,7 @@ duration = 0.05
 
 @pytest.mark.parametrize("scheme", ["half_space", "layer"])
 def test_every_setting_of_a_ball_is_measured(tmp_path: Path, scheme: str):
-    """Errors of a coarse plane of nodes against a finer one, 9 % and less of a contact of 4 spacings; the finest is the reference."""
+    """Errors of coarse planes of nodes against a finer one: below 15 % on a contact of 4 spacings to either side."""
     (tmp_path / "ball.toml").write_text(BALL.format(scheme=scheme))
     setup = setup_of(load_manifest(tmp_path / "ball.toml"))
     assert effort_for(setup.case, quick=True) == QUICK

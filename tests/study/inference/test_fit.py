@@ -2,16 +2,12 @@
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import nanoslip
-from nanoslip.solver.ensemble import student
-from nanoslip.study.inference.campaign import _of_one_start
 from nanoslip.study.inference.fit import ComputedPoint, Range, Target, search_parameters, sentences
 from nanoslip.study.inference.pictures import contours
 from nanoslip.study.inference.surrogate import TooFewError
@@ -29,6 +25,12 @@ def friction(x: Floats) -> Floats:
     return np.column_stack([kinetic * (1.04 + 0.12 * np.sqrt(20.0 / radius)), kinetic])
 
 
+def point_of(x: Floats, values: Floats, errors: Floats | float) -> ComputedPoint:
+    """Points with independent errors, of no known scatter and without flags."""
+    errors, unknown = np.broadcast_to(errors, values.shape), np.full_like(values, np.nan)
+    return ComputedPoint(x, values, errors, unknown, np.zeros_like(values), np.zeros(len(x), np.int64))
+
+
 class Laboratory:
     """Computes points with an error of their own each, the same each time, and counts them."""
 
@@ -39,7 +41,7 @@ class Laboratory:
         self.calls.append(x)
         values = friction(x)
         chance = [np.random.default_rng(int(1e9 * point.sum())).standard_normal(2) for point in x]
-        return ComputedPoint(x, values * (1.0 + ERROR * np.array(chance)), ERROR * values, np.full_like(values, np.nan))
+        return point_of(x, values * (1.0 + ERROR * np.array(chance)), ERROR * values)
 
 
 def measured(static: float, kinetic: float, error: float) -> tuple[Target, Target]:
@@ -113,7 +115,7 @@ def test_two_islands_are_two_ranges():
 
     def simulate(x: Floats) -> ComputedPoint:
         values = np.column_stack([(x[:, 0] - 0.5) ** 2, x[:, 1]])
-        return ComputedPoint(x, values, *np.full((2, *values.shape), 1e-4))
+        return point_of(x, values, 1e-4)
 
     found = search_parameters(
         [Target("a", 0.09, 0.01), Target("b", 0.5, 0.05)], (Range("x", 0, 1, False), RANGES[1]), simulate
@@ -130,7 +132,7 @@ def test_a_measured_number_may_be_zero():
     """At a corner of what is looked at: it is reached, and has no ratio."""
 
     def simulate(x: Floats) -> ComputedPoint:
-        return ComputedPoint(x, x, *np.full((2, *x.shape), 1e-3))
+        return point_of(x, x, 1e-3)
 
     found = search_parameters([Target("a", 1.0, 0.01), Target("b", 0.0, 0.01)], RANGES, simulate)
     assert found.reached
@@ -145,7 +147,7 @@ def test_what_cannot_be_told_apart_is_named():
 
     def simulate(x: Floats) -> ComputedPoint:
         values = 0.5 * ranges[0].at(x[:, :1]) * (1.0 + ranges[1].at(x[:, 1:]))
-        return ComputedPoint(x, values, *np.full((2, *values.shape), 1e-4))
+        return point_of(x, values, 1e-4)
 
     found = search_parameters([Target("mu_k", 0.26, 0.005)], ranges, simulate)
     assert found.undetermined() == ["residual_shear"]
@@ -166,7 +168,7 @@ def test_a_share_of_a_range_is_the_inverse_of_its_values():
 def test_the_figure_of_one_parameter_shows_the_measured_number_as_a_band():
     def simulate(x: Floats) -> ComputedPoint:
         values = RANGES[0].at(x[:, :1])
-        return ComputedPoint(x, values, *np.zeros((2, *values.shape)))
+        return point_of(x, values, 0.0)
 
     found = search_parameters([Target("mu_k", 0.3, 0.02)], RANGES[:1], simulate)
     (axes,) = contours(found).axes
@@ -179,7 +181,7 @@ def test_a_region_without_numbers_does_not_agree():
 
     def simulate(x: Floats) -> ComputedPoint:
         values = np.where(x[:, 1:] > 0.5, np.nan, friction(x)[:, 1:])
-        return ComputedPoint(x, values, *np.zeros((2, *values.shape)))
+        return point_of(x, values, 0.0)
 
     found = search_parameters([Target("mu_k", 0.26, 0.01)], RANGES, simulate)
     assert found.agreeing(0.95)[:, 1].max() < 0.62  # half a distance of points beyond
@@ -189,7 +191,7 @@ def test_a_region_without_numbers_does_not_agree():
 def test_where_too_few_points_have_a_number_it_is_said_how_many_and_what_helps():
     def simulate(x: Floats) -> ComputedPoint:
         values = np.where(x[:, 1:] > 0.1, np.nan, friction(x)[:, 1:])
-        return ComputedPoint(x, values, *np.zeros((2, *values.shape)))
+        return point_of(x, values, 0.0)
 
     with pytest.raises(TooFewError, match=r"mu_k: \d values .* 8; 2\d of 32 points .*\nstep_limit: \d+"):
         search_parameters([Target("mu_k", 0.26, 0.01)], RANGES, simulate, why=lambda x: [f"step_limit: {len(x)}"])
@@ -249,11 +251,3 @@ def test_the_set_holds_computed_truths_as_often_as_it_states(tmp_path: Path):
         # 0.66 to 0.68 and 0.94 to 0.96 seen, two of each scatter by 0.04. Of one start 0.74 to 0.79: the error of a short record,
         # which truths of as short a record share, counts as scatter of starts.
         assert shares == pytest.approx([0.75 if alone else 0.68, 0.95], abs=0.07), shares
-
-
-def test_the_scatter_of_one_start_is_that_which_made_the_error_of_the_mean() -> None:
-    """Beside the part of ± that all members share; one member alone has none."""
-    members, scatter, shared = np.array([2, 8, 32, 1]), 0.3, 0.2
-    errors = np.hypot(scatter * student(members) / np.sqrt(members), shared)
-    points: Any = SimpleNamespace(members=members, errors=errors, shared=shared)
-    np.testing.assert_allclose(_of_one_start(points), [scatter, scatter, scatter, np.nan], rtol=1e-12)
