@@ -14,6 +14,7 @@ import threadpoolctl
 
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.study.commands.words import Refusal
+from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import resembles_ball
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
@@ -70,12 +71,25 @@ def planned(campaign: Path) -> Plan:
         return make_plan(load_manifest(campaign), count)
 
 
+MASS: Final = "pin_mass"
+
+
 def idle_lines(plan: Plan) -> list[str]:
-    """The parameters of a campaign that change nothing in any of its cases, each with the reason; limits of contacts aside."""
+    """The parameters and drives of a campaign that change nothing in any of its cases, each with the reason; limits of contacts
+    aside. And the mass that a drive in the user's own units has by default."""
     manifest = plan.manifest
     given = {*manifest.axes, *manifest.fixed} - {*manifest.tables["limits"]}
     cases = [case.case for case in plan.cases if case.case is not None]
-    return list(idle(cases, given, manifest.stages == ("contact",)))
+    return [*idle(cases, given, manifest.stages == ("contact",)), *_drive_lines(manifest)]
+
+
+def _drive_lines(manifest: Manifest) -> Iterator[str]:
+    if left_out := manifest.drives_left_out:
+        yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
+    heavy = [each for each in manifest.drives if each.drive and MASS not in each.given]
+    if manifest.stated_scales and heavy and heavy[0].drive:
+        names = ", ".join(dict.fromkeys(each.name for each in heavy))
+        yield f"pin_mass = {heavy[0].drive.pin_mass:g} kg by default, of a laboratory's pin: {names}"
 
 
 BALL: Final = (

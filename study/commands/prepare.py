@@ -177,8 +177,6 @@ def _cases(plan: Plan) -> Iterator[str]:
     yield _with_refused(plan.cases, "case", f" of {likely} members" if ensemble.members > 1 else "")
     if manifest.drive_axes and manifest.drives:
         yield f"each case with {_with_refused(manifest.drives, 'drive')}"
-    if left_out := manifest.drives_left_out:
-        yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
 
 
 _CELLS: Final[Mapping[str, Callable[[KindCount], str]]] = {

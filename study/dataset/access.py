@@ -14,7 +14,7 @@ from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.file import LostGroupsError, groups_of, tree_of, with_texts
+from nanoslip.study.dataset.file import Groups, LostGroupsError, groups_of, tree_of, with_texts
 from nanoslip.study.dataset.table import CASE, CaseRows, Selection, case_rows, hits_of, selected, selection_text
 from nanoslip.study.plan.kinds import MEMBER
 
@@ -85,8 +85,12 @@ def along_si(root: xr.Dataset) -> xr.Dataset:
 def of_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
     """A number of all members of each row, (members,) each: none of a row without a result, the row's own value alone of a
     parameter and of anything that members do not have each."""
+    try:
+        groups = groups_of(rows.root)
+    except LostGroupsError:  # numbers alone, as those of joined campaigns
+        groups = Groups({})
     for group_name, group in variables.all_groups().items():
-        held = groups_of(rows.root).get(group_name)
+        held = groups.get(group_name)
         if held is None or MEMBER not in group.samples or name not in held or not rows.has(group.id.name):
             continue
         first = variables.windows(held, group)[MEMBER]

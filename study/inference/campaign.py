@@ -17,8 +17,9 @@ from nanoslip.solver.drive import DURATIONS
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.figures.points import known_errors, points_named, spread_of_members
-from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, search_parameters
+from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, filling, search_parameters
 from nanoslip.study.inference.sensitivity import axis_of
+from nanoslip.study.inference.surrogate import TooFewError
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, names_by_word, of_symbol, table_taking
 from nanoslip.study.manifest.problems import ManifestError, unknown
@@ -104,7 +105,9 @@ class Question:
 
     def at(self, x: Floats) -> str:
         """The campaign at a point (d,) in the unit cube, as the text of a file."""
-        document = self._with({own.name: float(own.at(x)[axis]) for axis, own in enumerate(self.ranges)})
+        values = np.array([own.at(x)[axis] for axis, own in enumerate(self.ranges)])
+        places = {name: column[0] for name, column in self._starts_of(values[None]).items()}
+        document = self._with({own.name: float(value) for own, value in zip(self.ranges, values, strict=True)} | places)
         return as_toml({**document, "outputs": {**document.get("outputs", {}), "trajectory": True}})
 
     def finished_points(self, store: Store) -> Floats:
@@ -126,10 +129,13 @@ class Question:
         return np.column_stack([each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)])
 
     def check(self, out: Path) -> None:
-        """Raises ValueError if a target is no number of the campaign, or not one for each case."""
+        """Raises ValueError if a target is no number of the campaign, or not one for each case, or no case can be computed."""
         middle = np.full((2, len(self.ranges)), 0.5)
         middle[1] += 0.25
         self._points(middle, self.plans(middle), Store(out), same_places=False)
+        cases = [case for plan in self.plans(filling(len(self.ranges))) for case in plan.cases]
+        if all(case.case is None for case in cases):
+            raise TooFewError(f"none of {len(cases)} points can be computed, as {cases[0].outcome.message}")
 
     def _with(self, values: Mapping[str, Any]) -> dict[str, Any]:
         document = dict(self.document)
@@ -226,6 +232,8 @@ def question_of(
     asked = _by_word(vary, stated) or dict.fromkeys(word for word in several if isinstance(axes[word][0], float))
     if not asked:
         raise ManifestError.in_file(manifest.path, "--vary, as --vary mu_i=0.1:0.8", "no axis of several numbers")
+    for word in asked:
+        _require_range(word)
     document = {key: value for key, value in given.items() if key not in _DESIGN}
     tables: list[dict[str, Any]] = given.get("drives", [{}] if "drive_axes" in given else [])
     document["drives"] = [{"name": DEFAULT, **each} for each in tables]
@@ -283,13 +291,17 @@ def _fix(document: dict[str, Any], word: str, value: Any) -> None:
         raise ManifestError.of(word, value, remark=unknown(word, [*names_by_word(), *drive_parameters()]))
 
 
+def _require_range(word: str) -> None:
+    """Raises ManifestError if a word is no parameter that has a range."""
+    usual = {word: Case.of({}).flat[name] for word, name in names_by_word().items()} | NamedDrive(DRIVE_WORD).flat
+    if word not in usual or not (isinstance(usual[word], float) or word in DURATIONS):
+        raise ManifestError.of(f"--vary {word}", remark=unknown(word, usual) if word not in usual else "takes no range")
+
+
 def _range(
     manifest: Manifest, document: Mapping[str, Any], word: str, ends: Ends | None, values: Any, given: Mapping[str, Any]
 ) -> Range:
     """The range of a parameter, its ends checked and without units. Raises ManifestError."""
-    usual = {word: Case.of({}).flat[name] for word, name in names_by_word().items()} | NamedDrive(DRIVE_WORD).flat
-    if word not in usual or not (isinstance(usual[word], float) or word in DURATIONS):
-        raise ManifestError.of(f"--vary {word}", remark=unknown(word, usual) if word not in usual else "takes no range")
     own = given.get("axes", {}).get(word)
     own = own if isinstance(own, Mapping) else {}
     low, high = ends or (own.get("from"), own.get("to"))

@@ -7,7 +7,7 @@ Scales and drives are in SI, the parameters of a case are dimensionless.
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from os import PathLike
 from pathlib import Path
@@ -313,9 +313,9 @@ class _Reader(NamedFiles):
 
     def manifest(self, text: str) -> Manifest:
         top = self._top(_document(self.path, text))
-        scales = self._scales(top)
-        sizes = SceneSizes(scales, "slab_width" in top.get("scales", {}))
         table = self.table(top)
+        scales = self._scales(top, table.columns if table else ())
+        sizes = SceneSizes(scales, "slab_width" in top.get("scales", {}))
         _spread_path(top)
         given = self.plain(table.columns, sizes) if table else self._axes(top, sizes)
         seconds = self._task_seconds(top)
@@ -377,14 +377,17 @@ class _Reader(NamedFiles):
         elif cases * drives > MOST_DRIVEN:
             self.refuse(f"{cases} cases with {drives} drives each", need=f"at most {MOST_DRIVEN} drives in all")
 
-    def _scales(self, top: dict[str, Any]) -> Scales:
+    def _scales(self, top: dict[str, Any], columns: Collection[str]) -> Scales:
         """Read the scales. `young_modulus` replaces the shear modulus, E/(2(1 + ν)), with the campaign's one Poisson's
-        ratio."""
+        ratio.
+
+        columns: of its table of cases.
+        """
         stated = declared(Scales)
         content = self.in_si("scales", top.get("scales", {}), {**stated, YOUNG: YOUNG_MODULUS})
         if YOUNG in content:
             modulus, poisson = content.pop(YOUNG), top.get("constants", {}).get("poisson", Slab().poisson)
-            if "shear_modulus" in content or "poisson" in top.get("axes", {}) or "table" in top:
+            if "shear_modulus" in content or "poisson" in {*top.get("axes", {}), *columns}:
                 need = "one Poisson's ratio, and no shear_modulus beside it"
                 self.refuse(YOUNG, modulus, need, table="scales")
             elif wrong := refused(as_float, YOUNG, modulus):
