@@ -473,7 +473,7 @@ def sensitivity() -> None:
 
     DATASET is a file results.nc, its folder, or a campaign that has been run, of any design. First-order Sobol' indices are
     shares of the number's variance by one parameter alone; total indices include interactions. Both have 95 % intervals. Failed
-    and flagged cases are omitted; the variance of ± is subtracted.
+    cases are omitted, flagged ones used and named; the variance of ± is subtracted.
 
     Example: nanoslip sensitivity results/mine --of static_friction
     """
