@@ -88,16 +88,30 @@ def effort_for(case: Case, quick: bool) -> Effort:
     effort = QUICK if quick else FULL
     if quick or not case.slab.scheme.planar:
         return effort
-    few = {"members": FULL.members[:3], "lengths": FULL.lengths[:3]}
-    return replace(effort, sizes=ACROSS_BALL, record_sizes=ACROSS_BALL, reference_size=QUICK.reference_size, **few)
+    return replace(
+        effort,
+        sizes=ACROSS_BALL,
+        reference_size=QUICK.reference_size,
+        record_sizes=ACROSS_BALL,
+        members=FULL.members[:3],
+        lengths=FULL.lengths[:3],
+    )
 
 
 def least_of(effort: Effort) -> Effort:
     """The first of everything: it runs, and so compiles or loads, all that the whole effort times."""
-    sizes = {"sizes": effort.sizes[:1], "reference_size": effort.sizes[0], "record_sizes": effort.record_sizes[:1]}
-    knobs = {"event_floors": effort.event_floors[-1:], "time_steps": effort.time_steps[:1]}
-    records = {"members": effort.members[:1], "lengths": effort.lengths[:1]}
-    return replace(effort, **sizes, **knobs, **records, starts=effort.members[0], repeats=1)
+    return replace(
+        effort,
+        sizes=effort.sizes[:1],
+        reference_size=effort.sizes[0],
+        record_sizes=effort.record_sizes[:1],
+        starts=effort.members[0],
+        event_floors=effort.event_floors[-1:],
+        time_steps=effort.time_steps[:1],
+        members=effort.members[:1],
+        lengths=effort.lengths[:1],
+        repeats=1,
+    )
 
 
 def default_setup() -> Setup:
