@@ -67,8 +67,20 @@ def refusals(*more: type[Exception]) -> Iterator[None]:
 
 def planned(campaign: Path) -> Plan:
     """The plan of a campaign file. Raises ManifestError."""
+    manifest = load_manifest(campaign)
+    cases = manifest.case_count
+    if cases >= MANY:
+        need = f"about {cases * PLANNING:.0f} s and {cases * PLANNED / 1e9:.2g} GB of memory"
+        note(f"{whole(campaign)}: {cases} cases: planning takes {need}", stderr=True)
     with counting("{} cases planned") as count:
-        return make_plan(load_manifest(campaign), count)
+        return make_plan(manifest, count)
+
+
+MANY: Final = 200_000
+"""Cases from which the cost of planning is stated before it begins: planning takes more than ten seconds."""
+PLANNING: Final = 62e-6
+PLANNED: Final = 1200.0
+"""Seconds, and bytes of memory, that a case takes to plan: tests/benchmarks/README.md."""
 
 
 MASS: Final = "pin_mass"

@@ -9,6 +9,7 @@ import pytest
 
 import nanoslip
 from nanoslip.study import origin
+from nanoslip.study.commands import plans
 from nanoslip.study.results import attempts
 from nanoslip.study.shipped import campaign_files, starters
 from tests.conftest import PARTLY_REFUSED, SMALL
@@ -65,6 +66,18 @@ def test_a_starter_that_cannot_be_written_is_one_clear_message(main, campaign):
     for words, wanted in ((("swep",), "no starter; there are afm, "), (("sweep", campaign / "x.toml"), "written")):
         code, _, said = main("new", *words)
         assert (code, said.count("\n"), wanted in said) == (2, 1, True)
+
+
+def test_what_planning_very_many_cases_takes_is_said_before_it_begins(main, tmp_path, monkeypatch):
+    """Of a campaign that cannot be planned, as two of its cases are the same."""
+    path = tmp_path / "many.toml"
+    path.write_text(f'title = "Many"\nstages = ["contact"]\naxes.radius = {[50.0] * 500 + [*range(60, 560)]}\n')
+    monkeypatch.setattr(plans, "MANY", 1000)
+    code, _, errors = main("plan", path)
+    first, *_ = errors.splitlines()
+    assert (code, "1000 cases" in first, "GB" in first) == (2, True, True)
+    monkeypatch.setattr(plans, "MANY", 1001)
+    assert "GB" not in main("plan", path)[2]
 
 
 def test_a_campaign_is_planned_by_name_and_a_file_comes_before_it(main, campaign, monkeypatch):
