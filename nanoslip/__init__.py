@@ -23,8 +23,8 @@ mean friction force over load on the steady part of the record, over displacemen
 >>> data.nanoslip.record(normal_load=1e-3).displacement.dims
 ('event',)
 
-`run`, `open`, `concat`, `figure` and `describe` are of campaigns and datasets, whose accessor `.nanoslip` finds records,
-trajectories and contacts; everything else is of single cases. Results are one line in a console; `.plot()` draws them,
+`run`, `records`, `open`, `concat`, `figure` and `describe` are of campaigns and datasets, whose accessor `.nanoslip` finds
+records, trajectories and contacts; everything else is of single cases. Results are one line in a console; `.plot()` draws them,
 `.to_xarray()` labels their numbers, and `frames` shows a case at work. A name is imported when it is first used. The command
 `nanoslip --help` does the same from a shell.
 """
@@ -69,6 +69,7 @@ if TYPE_CHECKING:
         Galerkin as Galerkin,
         HalfPlane as HalfPlane,
     )
+    from nanoslip.solver.ensemble import Mean as Mean, mean_of as mean_of
     from nanoslip.solver.load_path import LoadPath as LoadPath, Loops as Loops
     from nanoslip.solver.outcome import (
         Ending as Ending,
@@ -98,7 +99,7 @@ if TYPE_CHECKING:
         size_distribution as size_distribution,
     )
     from nanoslip.solver.sliding.statistics import event_statistics as event_statistics
-    from nanoslip.study.api import concat as concat, fit as fit, open as open, run as run
+    from nanoslip.study.api import concat as concat, fit as fit, open as open, records as records, run as run
     from nanoslip.study.dataset.variables import Described as Described, describe as describe
     from nanoslip.study.figures.answer import figure as figure
     from nanoslip.study.figures.frames import frames as frames

@@ -13,7 +13,7 @@ from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import LEAST_APART, PIN_SIZES, Case, Image, image_of
@@ -167,12 +167,14 @@ class Mean(NamedTuple):
     members: NDArray[np.int64]
 
 
-def mean_of(values: Floats, shared: Floats | float = 0.0) -> Mean:
-    """The mean over members, the last axis of `values` (..., m); NaN: a member without a value.
+def mean_of(values: ArrayLike, shared: Floats | float = 0.0) -> Mean:
+    """The mean over members, the last axis of `values` (..., m), with its ±; NaN: a member without a value.
 
-    No mean of fewer than half of the members, or of fewer than FEWEST of as many; no ± unless all have a value: those that have
-    one are no fair sample of all. shared: error that all members share, a part of ± (...).
+    ± is Student's t at 68.27 % times the standard deviation over √m: the rule of every dataset. No mean of fewer than half of the
+    members, or of fewer than FEWEST of as many; no ± unless all have a value: those that have one are no fair sample of all.
+    shared: error that all members share, a part of ± (...).
     """
+    values = np.asarray(values, float)
     there = np.isfinite(values)
     having, most = there.sum(axis=-1), values.shape[-1]
     enough = having >= needed(most)

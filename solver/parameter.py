@@ -43,8 +43,8 @@ _SHARED: Final = {
     "nodes": "part of ± by one node more or less in contact, where members do not show it",
     "events": "part of ± that more members do not reduce: drift of events along the record; NaN, as ±, of records shorter than "
     "two node spacings: events come in bursts that all members may miss",
-    "length": "part of ± that more members do not reduce: what the later half of the record adds, as longer ones reach more; "
-    "NaN, as ±, of records shorter than two node spacings",
+    "length": "part of ± that more members do not reduce: what the later half of the record adds, as longer ones reach more; of "
+    "drives NaN, as ±, over records shorter than two node spacings",
     "repetition": "0; NaN, as ±, where the drive repeats a record shorter than two node spacings, or slides, as then the "
     "amplitude is that of the repetition",
 }

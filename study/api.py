@@ -14,7 +14,10 @@ import scipy
 import threadpoolctl
 import xarray as xr
 
+from nanoslip.solver.case import parameters_of_a_case
+from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.parameter import require
+from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor, file
 from nanoslip.study.dataset.collect import collect, is_made_of, losses, made_of, write_state
@@ -22,6 +25,7 @@ from nanoslip.study.dataset.file import loaded
 from nanoslip.study.dataset.join import joined
 from nanoslip.study.inference.campaign import question_of
 from nanoslip.study.inference.fit import MOST_COMPUTED, Fit, Target
+from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import BETWEEN
@@ -172,6 +176,38 @@ def fit(
             points,
             failure_summary,
         )
+
+
+def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
+    """The friction records of all members of one case of a campaign, in their order, computed in this process.
+
+    A dataset has the first member's record alone, and numbers over all. selection: parameters of the case, `radius=50.0`.
+
+    Raises ManifestError if the campaign is wrong, KeyError for unknown parameters or without such a case, ValueError if several
+    cases are like that, SolverError if the case cannot be computed.
+
+    >>> import nanoslip
+    >>> campaign = {"title": "Peaks", "numerics": {"n_x": 17}, "limits": {"events": 50}, "ensemble": {"members": 3}}
+    >>> peaks = [record.highest_force / record.normal_load for record in nanoslip.records(campaign)]
+    >>> mean = nanoslip.mean_of(peaks)  # its ± does not contain what longer records would add
+    >>> len(peaks), bool(mean.uncertainty > 0.0)
+    (3, True)
+    """
+    from nanoslip.study.run.compute import record_of_member  # noqa: PLC0415  other calls do without the solver's bodies
+
+    manifest = manifest_of(campaign)
+    possible = [each.case for each in expand(manifest) if each.case is not None]
+    if strangers := selection.keys() - parameters_of_a_case().keys():
+        raise KeyError(f"{sorted(strangers)[0]}: no parameter of a case")
+    found = [case for case in possible if all(case.flat[name] == value for name, value in selection.items())]
+    if not found:
+        raise KeyError(f"no case has {selection}")
+    if len(found) > 1:
+        raise ValueError(f"{len(found)} cases have {selection}: needs to single out one")
+    case, ensemble = found[0], manifest.ensemble
+    with threadpoolctl.threadpool_limits(limits=1):  # sums depend on their number
+        compliance = surface_compliance(case.slab)
+        return [record_of_member(case, compliance, ensemble, number) for number in range(ensemble.members)]
 
 
 def _computing(stack: ExitStack, out: AnyPath | None, jobs: int, comm: Any = None) -> tuple[Path, Farm]:

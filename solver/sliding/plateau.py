@@ -188,16 +188,14 @@ def repeats(plateau: Plateau) -> bool:
     return plateau.spacings == 0.0 or plateau.spacings > SPACINGS - 0.5
 
 
-def shared_by_length(plateaus: Sequence[Plateau], growth: Sequence[float]) -> float:
-    """The part of the ± of a mean extreme that all its starts share, as their records end somewhere.
+def shared_by_length(growth: Sequence[float]) -> float:
+    """The part of the ± of a mean extreme that all its starts share, as their records end somewhere; NaN of one start.
 
     growth: what the later half of each record adds to the first. Where the extreme has a bound that the surface reaches with
     finite density, its distance from the bound is as the inverse of the length: a half is twice as far from it as the whole,
-    which lacks what the later half added. NaN (unknown) if records are shorter than two node spacings, and of one start.
+    which lacks what the later half added. Two lengths tell that, hence Student's factor for two.
     """
-    if len(plateaus) < 2 or not all(map(repeats, plateaus)):
-        return math.nan
-    return abs(float(np.mean(growth)))
+    return float(student(2)) * abs(float(np.mean(growth))) if len(growth) > 1 else math.nan
 
 
 def _shared_by_drift(drifts: Sequence[float]) -> float:

@@ -41,7 +41,8 @@ class FrictionRecord(Viewed):
     """The nanoscale friction record of one case: e events, arrays of shape (e,), read-only; two over the surface nodes.
 
     Between events the friction force rises linearly with the pin's displacement, at each event it changes at once. Lengths in
-    L_x, forces in G·L_x·L_y, stiffness in G·L_y, energy in G·L_x²·L_y.
+    L_x, forces in G·L_x·L_y, stiffness in G·L_y, energy in G·L_x²·L_y. `to_xarray()` and datasets have forces over W and energies
+    in W·L_x, as their variables say; `friction_before` and `friction_after` are F/W here.
     """
 
     displacement: Floats = quantity("pin displacement", along="event", coordinate=True, symbol="δ_p/L_x", measure="L_x")
@@ -50,10 +51,14 @@ class FrictionRecord(Viewed):
         "F/W before the event",
         "force_before",
         **OVER_LOAD,
-        comment="friction force over load when the event is triggered",
+        comment="friction force over load when the event is triggered; the attribute force_before of a FrictionRecord is in "
+        "G·L_x·L_y",
     )
     force_after: Floats = event(
-        "F/W after the event", "force_after", **OVER_LOAD, comment="friction force over load when the cascade is over"
+        "F/W after the event",
+        "force_after",
+        **OVER_LOAD,
+        comment="friction force over load when the cascade is over; as event_force_before",
     )
     stiffness: Floats = event(
         "stiffness after the event",
@@ -108,6 +113,16 @@ class FrictionRecord(Viewed):
         """Positions of the surface nodes across the drag, in L_x, (n,): evenly spaced in each column; 0 in plane strain."""
         rows = int(np.count_nonzero(self.node_x == self.node_x[0]))
         return surface_y(rows, len(self.node_x))
+
+    @property
+    def friction_before(self) -> Floats:
+        """F/W before each event, (e,): the variable `event_force_before` of a dataset."""
+        return np.asarray(self.force_before * self._factors()["normal_load"])
+
+    @property
+    def friction_after(self) -> Floats:
+        """F/W after each event, (e,): the variable `event_force_after` of a dataset."""
+        return np.asarray(self.force_after * self._factors()["normal_load"])
 
     @property
     def highest_force(self) -> float:

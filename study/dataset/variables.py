@@ -90,7 +90,15 @@ class Group:
     @property
     def label(self) -> Quantity:
         """Over the instances: their names."""
-        return Quantity(self.name, f"name of the {self.name}", "", comment="content hash of its inputs")
+        comment = "content hash of its inputs"
+        if self.of_first_member:
+            comment += "; runs are those of the first member: nanoslip.records computes the records of all"
+        return Quantity(self.name, f"name of the {self.name}", "", comment=comment)
+
+    @property
+    def of_first_member(self) -> bool:
+        """True if its runs are those of the first member alone, where an ensemble has several."""
+        return not any(each.sample == MEMBER or each.kind == "statistics" for each in self.series)
 
     @property
     def owners(self) -> tuple[Quantity, ...]:

@@ -236,7 +236,7 @@ def drive_outcome(
 def key_of_duration(drive: CampaignDrive) -> str:
     """The key by which a drive's table gives its duration, for advice."""
     given = (name for name in DURATIONS if name in drive.given and drive.settings[name] is not None)
-    return next(given, "duration, now auto")
+    return next(given, "duration above end_time, where auto ended it")
 
 
 def ended(plan: Plan, outcomes: Mapping[str, Outcome]) -> tuple[Counter[str], Counter[str]]:

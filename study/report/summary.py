@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.coefficients import INERTIAL
@@ -483,23 +484,37 @@ def cautions(dataset: xr.Dataset) -> list[str]:
 def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, str]:
     """Cause -> a line for each way in which cases, then drives failed: how many, the first of them, why and what to do.
 
-    asked: for cases that miss a requested number, else for the others.
+    asked: for cases that miss a requested number, else for the others. A remark of one that completed, as on a number that nobody
+    requested, is no failure.
     """
     lines, missed = dict[Hashable, str](), _missed(dataset) & ~_answered(dataset)
+    lacking = missed & _without(dataset, main_numbers(dataset))
     for run, (outcome, message, *_) in variables.OUTCOMES.items():
         if outcome.name not in dataset:
             continue
         outcomes, rows = dataset[outcome.name], case_rows(dataset, outcome.name)
-        failed = missed if set(missed.dims) <= set(outcomes.dims) else xr.DataArray(True)
-        hurt = xr.broadcast(failed, outcomes)[0].transpose(*outcomes.dims).values.ravel()
+        hurt, remarked = (_over(outcomes, each) for each in (missed, lacking))
         messages = rows.values(message.name).tolist()
         for ending, kind, found in _alike(rows, run):
-            numbers = [number for number in found if (hurt[number] or ending in _UNHURT) == asked]
+            failed = remarked if ending in _UNHURT else hurt
+            numbers = [number for number in found if failed[number] == asked]
             if numbers and ending and (kind or ending not in _UNHURT):
                 others = "" if len({messages[number] for number in numbers}) == 1 else "; the others differ in numbers"
                 where = _where(rows, numbers, f"{run or 'case'}s")
                 lines[run, ending, kind] = ": ".join(filter(None, (ending, where, messages[numbers[0]] + others)))
     return lines
+
+
+def _over(outcomes: xr.DataArray, which: xr.DataArray) -> NDArray[np.bool_]:
+    """A mask of each outcome, in their order; True of all where it lies along other dimensions."""
+    there = which if set(which.dims) <= set(outcomes.dims) else xr.DataArray(True)
+    return np.asarray(xr.broadcast(there, outcomes)[0].transpose(*outcomes.dims).values.ravel(), np.bool_)
+
+
+def _without(dataset: xr.Dataset, names: Sequence[str]) -> xr.DataArray:
+    """True where any of these numbers is missing."""
+    missing = [dataset[name].isnull() for name in names if name in dataset]
+    return functools.reduce(operator.or_, missing, xr.DataArray(False))
 
 
 def _where(rows: CaseRows, numbers: Sequence[int], what: str = "cases") -> str:

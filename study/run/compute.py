@@ -214,9 +214,9 @@ def _sharing(kind: kinds.Kind) -> list[tuple[str, Quantity]]:
 
 
 def _shared(key: str, quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
-    """The error of a mean that all members share; NaN where fewer than two have a value."""
+    """The error of a mean that all members share; NaN where fewer than two have a value, and where it is not known."""
     having = [(member, value) for member, value in zip(members, values, strict=True) if math.isfinite(value)]
-    if len(having) < 2:
+    if len(having) < 2 or any(key in member.repetitions for member, _ in having):
         return math.nan
     if quantity.shared == "nodes":
         step = math.fsum(member.node for member, _ in having) / len(having)
@@ -224,9 +224,9 @@ def _shared(key: str, quantity: Quantity, members: Sequence[Member], values: Seq
     plateaus = [member.plateau for member, _ in having if member.plateau]
     if quantity.shared == "length":
         halves = [member.halves.get(key, math.nan) for member, _ in having]
-        return shared_by_length(plateaus, [value - half for (_, value), half in zip(having, halves, strict=True)])
+        return shared_by_length([value - half for (_, value), half in zip(having, halves, strict=True)])
     if quantity.shared == "repetition":
-        return math.nan if any(key in member.repetitions for member, _ in having) else 0.0
+        return 0.0
     if quantity.shared == "events":
         return shared_by_events(plateaus) * abs(math.fsum(value for _, value in having)) / len(having)
     return shared_error(plateaus)
@@ -252,7 +252,11 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
     speaking = [each for each in members if each.message]
     first = {each.ending: each for each in reversed(speaking)}
     said = Counter(each.ending for each in speaking).most_common()
-    some = {end: "" if count == len(members) else f"{count} of {len(members)} members {end}: " for end, count in said}
+    # What a member that completed says is a remark: with its ending the others would read as failures.
+    ends = {end: "" if end is Ending.COMPLETED else f" {end}" for end, _ in said}
+    some = {
+        end: "" if count == len(members) else f"{count} of {len(members)} members{ends[end]}: " for end, count in said
+    }
     messages = [f"{words}{first[end].message}" for end, words in some.items()]
     kinds_of = [first[each].kind for each, _ in said]
     cause = "; ".join(kinds_of) if kinds_of != messages else ""
@@ -346,7 +350,7 @@ def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs
         plateau = plateau_of(found.record)
         together = collective(found.record, plateau, found.bound, found.lost)
         values: tuple[object, ...] = (found.validity, plateau, found.statistics, found.record, together)
-        halves = numbers_of_half(found.record)
+        halves = numbers_of_half(found.record, plateau)
         return Member(values, plateau.outcome.adding(found.record.outcome), plateau=plateau, halves=halves)
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
@@ -356,16 +360,24 @@ def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs
     values = (valid, plateau, event_statistics(record), record, collective(record, plateau), across)
     node = stiffness_of_node(compliance, start.contact) if start.outcome.ok else 0.0
     outcome = plateau.outcome if record.outcome.ok else record.outcome
-    return Member(values, outcome, plateau=plateau, node=node, halves=numbers_of_half(record))
+    return Member(values, outcome, plateau=plateau, node=node, halves=numbers_of_half(record, plateau))
 
 
-def numbers_of_half(record: FrictionRecord) -> dict[str, float]:
-    """What the length of a record decides, over the first half of it; NaN where that has no plateau."""
+def record_of_member(case: Case, compliance: Compliance, ensemble: Ensemble, number: int) -> FrictionRecord:
+    """The record of one member of a case, from its number. Raises SolverError if there is none."""
+    return next(
+        value
+        for value in computed_record(ensemble.case(case, number), compliance, ensemble, {}).values
+        if isinstance(value, FrictionRecord)
+    )
+
+
+def numbers_of_half(record: FrictionRecord, plateau: Plateau) -> dict[str, float]:
+    """What the length of a record decides, over the first half of it. plateau: of all of it, over which peaks are stated."""
     half = record.first_half
-    plateau = plateau_of(half)
     peak = half.highest_force / half.normal_load if half.final_displacement > 0.0 else math.nan
-    together = collective(half, plateau)
-    return {"peak_friction": peak, "static_excess": together.static_excess, "fluctuation": together.fluctuation}
+    excess, fluctuation = collective(half, plateau).static_excess, collective(half, plateau_of(half)).fluctuation
+    return {"peak_friction": peak, "static_excess": excess, "fluctuation": fluctuation}
 
 
 @of_the_last  # records are pulled over by one drive after the other
@@ -487,14 +499,16 @@ class _Pulling:
 
 
 def repetitions_in(motion: DynamicsResult, count: StickSlipCount, plateau: Plateau) -> tuple[str, ...]:
-    """The numbers of a drive that the repetition of its record decides; none where the pin does not go beyond its end.
+    """The numbers of a drive that the repetition of its record decides, where it goes beyond the record's end.
 
     A pin that slides vibrates with the period of the repetition, however long the record is.
     """
-    if not motion.position[-1] > plateau.end:
-        return ()
-    if not repeats(plateau):
-        return ("time_stuck", "spring_force_amplitude", "stick_slip_period")
+    goes_beyond, long = motion.position[-1] > plateau.end, repeats(plateau)
+    searched = () if long else ("critical_velocity",)  # its drives go as far as they need
+    if not goes_beyond:
+        return searched
+    if not long:
+        return (*searched, "time_stuck", "spring_force_amplitude", "stick_slip_period")
     return () if count.regime == "stick_slip" else ("spring_force_amplitude",)
 
 

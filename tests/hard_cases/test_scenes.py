@@ -52,8 +52,11 @@ OPEN = ("gap", "restick_time", "restick_position")
 
 REPEATED = ("regime", "stick_slip_period", "spring_force_amplitude", "spring_force_range")
 """What a drive has only where it is long enough to show it, or to forget its start."""
-BURSTS = ("mean_step", "mean_drop")
-"""What starts miss together in short records: their shared error is unknown."""
+BURSTS = (
+    *("mean_step", "mean_drop", "fluctuation", "critical_velocity"),
+    *("time_stuck", "spring_force_amplitude", "stick_slip_period"),
+)
+"""What starts miss together in short records, or repeat: their shared error is unknown."""
 SHARES = ("fluctuation", "unseen_force")
 """What is over the force of a plateau, which may be 0."""
 KINETIC = ("kinetic_friction",)

@@ -13,7 +13,9 @@ import nanoslip
 from nanoslip.solver.dynamics.critical import RESOLUTION, STRIDE, STRIDES, boundary, critical_velocity
 from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.regime import SEARCHES, count_sticks
+from nanoslip.solver.ensemble import student
 from nanoslip.solver.sliding.plateau import shared_by_length, teeth
+from nanoslip.study.dataset.variables import without_error
 from tests.conftest import Main
 
 CASE = nanoslip.Case(radius=50.0, slab=nanoslip.Slab(n_x=65), max_presliding=4.0)
@@ -103,10 +105,12 @@ def test_of_a_short_record_it_has_no_error_and_of_a_longer_one_what_its_later_ha
         float(teeth(record).force(np.array([half.final_displacement]))[0]), rel=1e-9
     )
     assert half.highest_force == record.force_before[: len(half.displacement)].max() <= record.highest_force
-    plateaus = [replace(nanoslip.plateau_of(record), spacings=2.0)] * 2
-    assert shared_by_length(plateaus, [0.2, 0.4]) == pytest.approx(0.3)
-    assert math.isnan(shared_by_length([replace(each, spacings=1.0) for each in plateaus], [0.2, 0.4]))
-    assert math.isnan(shared_by_length(plateaus[:1], [0.2]))
+    assert shared_by_length([0.2, 0.4]) == pytest.approx(0.3 * student(2))
+    assert math.isnan(shared_by_length([0.2]))
+    short = nanoslip.run({**CAMPAIGN, "limits": {"presliding": 4}, "outputs": {"fit": False, "critical": True}})
+    assert np.isnan(short.critical_velocity_uncertainty.item())
+    assert "records shorter than two node spacings" in without_error(short.squeeze(), ["critical_velocity"])
+    assert short.peak_friction_uncertainty.item() > short.peak_friction_shared_error.item() >= 0.0
 
 
 @pytest.mark.slow

@@ -250,6 +250,8 @@ def test_a_record_in_which_no_node_enters_or_leaves_the_contact_is_short(spacing
     slab = Slab(65, 0.2, 0.45, scheme="strip")
     case = Case(intrinsic_friction=0.1, radius=200.0, normal_load=4e-4, slab=slab, max_events=None, max_presliding=8.0)
     case = case if spacings is None else replace(case, max_presliding=None, max_spacings=spacings)
-    found = record_flags(case, *slid(case))
+    start, record, end = slid(case)
+    found = record_flags(case, start, record, end)
     assert found == ((Flag.short_record,) if spacings is None else ())
+    assert expected_flags(case, record.final_displacement) == found  # as `check` and `plan` state it before a run
     assert not mask_of(found) & DOUBTFUL

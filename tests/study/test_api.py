@@ -26,6 +26,33 @@ from tests.conftest import SMALL, THREADS
 from tests.study.run import faults
 from tests.study.run.defects import crashing
 
+
+def test_the_records_of_all_members_begin_with_the_one_in_the_dataset():
+    campaign = {
+        "title": "peaks",
+        "axes": {"radius": [50.0, 100.0]},
+        "numerics": {"n_x": 17},
+        "limits": {"events": 60},
+        "ensemble": {"members": 3},
+    }
+    data, found = run(campaign), nanoslip.records(campaign, radius=50.0)
+    first, peaks = data.nanoslip.record(radius=50.0), [record.highest_force / record.normal_load for record in found]
+    np.testing.assert_array_equal(found[0].friction_before, first.event_force_before)
+    np.testing.assert_array_equal(found[0].friction_after, first.event_force_after)
+    mean = nanoslip.mean_of(peaks)
+    assert first.peak_friction.item() == mean.mean == pytest.approx(sum(peaks) / 3, rel=1e-15)
+    assert mean.uncertainty == pytest.approx(
+        1.3212 * np.std(peaks, ddof=1) / 3**0.5, rel=1e-4
+    )  # Student's t of two, 68.27 %
+    assert "first member" in data.nanoslip.tree["record"]["record"].attrs["comment"]
+    with pytest.raises(ValueError, match="2 cases"):
+        nanoslip.records(campaign)
+    with pytest.raises(KeyError, match="radus"):
+        nanoslip.records(campaign, radus=50.0)
+    with pytest.raises(KeyError, match="no case"):
+        nanoslip.records(campaign, radius=51.0)
+
+
 TINY = {
     "title": "tiny",
     "axes": {"normal_load": [1e-3, 2e-3]},

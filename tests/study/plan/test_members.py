@@ -189,7 +189,7 @@ UNSETTLED = Outcome(Ending.COMPLETED, "another regime later", longer=True)
         ([SHORT], Ending.NO_PLATEAU, "raise it"),
         (4 * [SHORT], Ending.NO_PLATEAU, "raise it"),
         (3 * [COMPLETED] + [LOST], Ending.COMPLETED, "1 of 4 members contact_lost: press harder"),
-        ([COMPLETED, UNSETTLED], Ending.COMPLETED, "1 of 2 members completed: another regime later"),
+        ([COMPLETED, UNSETTLED], Ending.COMPLETED, "1 of 2 members: another regime later"),
         (2 * [COMPLETED] + [LOST], Ending.CONTACT_LOST, "1 of 3 members contact_lost: press harder"),
         (3 * [COMPLETED] + 3 * [SHORT], Ending.COMPLETED, "3 of 6 members no_plateau: raise it"),
         (3 * [COMPLETED] + 3 * [SHORT] + [LOST], Ending.NO_PLATEAU,
