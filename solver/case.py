@@ -63,15 +63,26 @@ class SlipRule:
     slip_order: SlipOrder = parameter(
         "worst_first",
         meaning="which node slips first",
-        comment="the one with the largest |shear|/(μ_i·pressure), all others held; or all above their limit at once",
+        comment="the one with the largest shear over its limit, all others held; or all above their limit at once",
     )
     residual_shear: float = parameter(
         0.0,
-        meaning="shear left by a slip, over μ_i·pressure",
+        meaning="shear left by a slip, over its limit",
         symbol="r",
         comment="0 is a full stress drop, 1 classical Coulomb sliding",
         least=0.0,
         most=1.0,
+    )
+    strength: float = parameter(
+        0.0,
+        meaning="shear strength without pressure",
+        symbol="τ_0/G",
+        comment="a node's limit is strength times its area plus μ_i times its normal force",
+        least=0.0,
+        most=1.0,
+        note=" (G: a perfect crystal shears at about a tenth of it)",
+        scale="shear_modulus",
+        measure="G",
     )
     limited_shear: LimitedShear = parameter(
         "both_ways",
@@ -132,7 +143,7 @@ class Heterogeneity:
     spread: float = parameter(
         0.0,
         meaning="spread of μ_i over the nodes",
-        comment="standard deviation over mean",
+        comment="standard deviation over mean; with a strength of the whole limit, τ_0·area + μ_i·N",
         need="0 to 100 (lognormal), 0.577 (uniform) or 0.25 (normal)",
     )
     seed: int = parameter(1, meaning="seed of the nodes' μ_i", least=0, most=MOST_WHOLE)
@@ -334,7 +345,7 @@ class Case:
         table="limits",
         word="presliding",
         meaning="longest record",
-        comment="one is μ_i·W/K, the displacement at which a fully stuck contact reaches μ_i·W",
+        comment="one is (μ_i·W + strength·area)/K, the displacement at which a fully stuck contact reaches all its limits",
         above=0.0,
         measure="presliding lengths",
     )
@@ -395,6 +406,11 @@ class Case:
         }
 
 
+def limits_shear(case: Case) -> bool:
+    """True if nodes have a limit of shear above 0; without one they slide freely."""
+    return case.intrinsic_friction > 0.0 or case.slip_rule.strength > 0.0
+
+
 def _refuse_combinations(case: Case) -> None:
     """Raise InvalidInput if parameters, each allowed, exclude each other, or a part is of another type."""
     for name, kind in _TYPES.items():
@@ -406,7 +422,11 @@ def _refuse_combinations(case: Case) -> None:
     if scatter.roughness and case.pin == "flat_punch":
         need = "a parabola, a rough punch has no edge to speak of"
         raise InvalidInput("pin", case.pin, need, {"roughness": ABSENT})
-    if scatter.spread > 0.0 and not 0.0 < case.intrinsic_friction < math.inf:
+    sticks = math.isinf(case.intrinsic_friction)
+    if case.slip_rule.strength > 0.0 and sticks:
+        need = "0, as nodes that never slip have no limit"
+        raise InvalidInput("strength", case.slip_rule.strength, need, {"intrinsic_friction": math.inf})
+    if scatter.spread > 0.0 and (sticks or not limits_shear(case)):
         beside = {"intrinsic_friction": case.intrinsic_friction}
         raise InvalidInput("spread", scatter.spread, "a mean that can be spread, finite and above 0", beside)
     if case.effects.friction and not case.slab.scheme.held_sideways(case.slab):
@@ -464,13 +484,13 @@ def _refuse_with_a_path(case: Case) -> None:
     """Raise InvalidInput if a path excludes another parameter."""
     path, friction, contacts = case.path, case.intrinsic_friction, case.interface.contacts
     varying, forward = path.loads_change and not case.effects.pin_translation, case.slip_rule.limited_shear == "forward"
-    unknown = path.presliding and not 0.0 < friction < math.inf
+    unknown = path.presliding and (math.isinf(friction) or not limits_shear(case))
     excluded = {
         "friction": (not case.effects.friction, False, "a pin that drags the surface"),
         "contacts": (contacts > 1, contacts, "a single contact"),
         "limited_shear": (forward, "forward", "shear limited both ways, as backward nothing would slip"),
         "pin_translation": (varying, False, "one load, as constant pressures are those of initial contact"),
-        "intrinsic_friction": (unknown, friction, "ways in L_x (stroke, legs), as a presliding length is μ_i·W/K"),
+        "intrinsic_friction": (unknown, friction, "ways in L_x (stroke, legs), as there is no presliding length"),
     }
     refuse_beside("path", ABSENT, excluded)
 

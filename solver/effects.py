@@ -104,6 +104,7 @@ OF_CASES: Final[tuple[Effect[Case], ...]] = (
     _of_case("effects", "pin_translation", False, "effects.pin_translation = false"),
     _of_case("heterogeneity", "roughness", (), "no heterogeneity.roughness"),
     _of_case("heterogeneity", "spread", 0.0, "heterogeneity.spread = 0"),
+    _of_case("slip_rule", "strength", 0.0, "slip.strength = 0"),
     Effect(
         "finite_slab",
         lambda case: not case.slab.scheme.bottomless,

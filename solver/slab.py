@@ -158,6 +158,11 @@ class Slab:
         """Distance between surface nodes, in L_x."""
         return 1.0 / (self.n_x - 1)
 
+    @property
+    def node_area(self) -> float:
+        """Surface that belongs to a node inside of the surface, in L_x; of a plane of nodes in L_x²."""
+        return self.spacing**2 if self.scheme.planar else self.spacing
+
 
 def parameters_of_a_slab() -> Mapping[str, Parameter]:
     """Every parameter of a slab by name: its own and those of all schemes."""

@@ -8,7 +8,8 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.limit import node_limit
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance
 from nanoslip.solver.slab import SCHEMES, Slab
@@ -37,7 +38,7 @@ def law_errors(state: ContactState, case: Case, compliance: Compliance) -> dict[
     """How far the state is from every law, as a share of the load (forces) or of what the load displaces (lengths).
 
     equilibrium: displacements are those the compliance gives for the forces; load: ΣN = W; tension: pressure ≥ 0;
-    shear: limited shear ≤ μ_i·pressure; penetration: gap ≥ 0; pin: nodes in contact lie on it; complementarity: gap·pressure = 0.
+    shear: limited shear ≤ its limit; penetration: gap ≥ 0; pin: nodes in contact lie on it; complementarity: gap·pressure = 0.
     Infinite where a value is not finite.
     """
     values = (state.nodal_force, state.u, state.w, state.pressure, state.shear, state.slip, state.gap[state.contact])
@@ -53,9 +54,10 @@ def law_errors(state: ContactState, case: Case, compliance: Compliance) -> dict[
     below = np.maximum(-state.gap - blur, 0.0)
     finite_gap = np.where(np.isfinite(state.gap), state.gap, 0.0)
     limited = math.isfinite(case.intrinsic_friction)
-    limit = node_friction(case, state.first_node) * normal if limited else np.inf
-    # The limit itself is known to rounding of μ_i·pressure.
-    borne = normal_load * max(case.intrinsic_friction, 1.0)
+    limit = node_limit(case, compliance.widths, normal, state.first_node) if limited else np.full(len(normal), np.inf)
+    # The limit itself is known to rounding of μ_i·pressure and of the strength.
+    largest = float(limit[inside].max(initial=0.0)) if limited else normal_load
+    borne = max(normal_load * max(case.intrinsic_friction, 1.0), largest)
     pressed = force.nonzero()[0]  # on a large plane of nodes only these columns fit in memory
     columns = compliance.entries(np.arange(len(force)), pressed)
     moved = float((np.abs(columns) @ np.abs(force[pressed])).max())
@@ -67,7 +69,7 @@ def law_errors(state: ContactState, case: Case, compliance: Compliance) -> dict[
         "equilibrium": float(np.maximum(astray - haze, 0.0).max()) / moved,
         "load": abs(state.normal_force - normal_load) / normal_load,
         "tension": max(float(-normal.min()) - haze, stray, 0.0) / normal_load,
-        "shear": max(float(np.max(shear - limit)) - haze, 0.0) / borne,
+        "shear": max(float(np.max((shear - limit)[inside], initial=0.0)) - haze, 0.0) / borne,
         "penetration": float(below.max()) / moved,
         "pin": float(off.max(initial=0.0)) / moved,
         "complementarity": float(np.abs(finite_gap * normal).max()) / (normal_load * moved),
@@ -87,18 +89,20 @@ def assert_contact_laws(state: ContactState, case: Case, compliance: Compliance)
 
 
 def assert_friction_law(case: Case, record: FrictionRecord, compliance: Compliance) -> None:
-    """What is limited of F is at most μ_i·W at the record's start and before and after every event.
+    """What is limited of F is at most the sum of all limits at the record's start and before and after every event.
 
     But for the share of it that a smallest step may push nodes beyond their limit (1e-4), and rounding; of nodes with different
-    μ_i, the largest.
+    limits, the largest times the most nodes in contact.
 
     Forces carry the rounding of the heights that nodes in contact have on the pin, stiffened by the slab.
     """
     if math.isinf(case.intrinsic_friction):
         return
-    most = float(node_friction(case).max()) * case.normal_load
+    most_nodes = max(record.contact_size.max(initial=1), record.initial_contact_size)
+    strengths = node_limit(case, compliance.widths, np.zeros(case.slab.nodes))
+    most = float(node_limit(case, 0.0, np.full(case.slab.nodes, case.normal_load)).max()) + most_nodes * strengths.max()
     forces = np.concatenate((record.force_before, record.force_after, [record.initial_force]))
-    pin, reach = pin_of(case), case.slab.spacing * max(record.contact_size.max(initial=1), record.initial_contact_size)
+    pin, reach = pin_of(case), case.slab.spacing * most_nodes
     highest = pin.curvature * reach**2 / 2 + float(np.abs(pin.rises).max())
     ones = compliance.window(np.arange(case.slab.n_x))  # all nodes of a row; on a plane all are alike
     rounding = ROUNDING * highest / float(np.abs(np.diag(ones)).max())
@@ -168,8 +172,8 @@ def energy(case: Case, start: ContactState, record: FrictionRecord, end: Contact
 
 
 def smallest_step(case: Case, stiffness: float) -> float:
-    """The event floor in L_x: in node spacings, or in 24 times what μ_i·W stretches the contact by if that is less. stiffness: of
-    all nodes in contact, shear and μ_i·pressure added up without sign."""
+    """The event floor in L_x: in node spacings, or in 24 times what μ_i·W stretches the contact by if that is less (no strength).
+    stiffness: of all nodes in contact, shear and μ_i·pressure added up without sign."""
     return case.slip_rule.event_floor * min(
         case.slab.spacing, 24.0 * case.intrinsic_friction * case.normal_load / stiffness
     )

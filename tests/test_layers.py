@@ -21,7 +21,7 @@ ORDER = {
     "elasticity contact effects sliding dynamics driven simulate",
     "nanoslip.solver.elasticity": "fields grid condensation grid_scheme schemes interior compliance",
     "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane planar half_space strip layer chain",
-    "nanoslip.solver.contact": "kernels closed_forms pin state soundness normal convolved tableau compiled_contact coulomb"
+    "nanoslip.solver.contact": "kernels closed_forms pin limit state soundness normal convolved tableau compiled_contact coulomb"
     " initial",
     "nanoslip.solver.contact.kernels": "pivots state events path",
     "nanoslip.solver.sliding": "kernels record plateau validity way full_contact constant_pressures coulomb_friction slide"

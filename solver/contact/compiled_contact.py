@@ -29,6 +29,7 @@ from nanoslip.solver.contact.kernels.state import (
     new_scalars,
     respond,
 )
+from nanoslip.solver.contact.limit import node_strength
 from nanoslip.solver.contact.pin import expected_half_width, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.contact.tableau import Window, entries_of, in_lines, tableau, tableau_from_base, wider
@@ -247,6 +248,7 @@ def _state(
         x=surface_from_pin(case, first_node)[window],
         node_friction=friction,
         active_friction=np.where(contact & (friction < np.inf), friction, np.nan),
+        node_strength=node_strength(case, compliance.widths, first_node)[window],
         node_slips=np.zeros(nodes, np.int64),
         work=np.zeros((2, entries)),
         scalars=new_scalars(displacement, direction),

@@ -1,14 +1,16 @@
 """Classical Coulomb friction (residual_shear 1): the contact, its nodes' roles, its motion."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats, Vector
-from nanoslip.solver.case import Case
+from nanoslip.solver.case import Case, limits_shear
 from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind, Stop
+from nanoslip.solver.contact.limit import contact_area, contact_limit, node_strength
 from nanoslip.solver.contact.normal import finite
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
@@ -16,9 +18,10 @@ from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import Compliance, stiffness_of, stiffness_with, stiffness_without
 from nanoslip.solver.outcome import Outcome, SingularOperator, SolverError
 
-# Classical Coulomb friction, residual_shear 1: some nodes slide at |shear| = μ_i·pressure, the others stick.
+# Classical Coulomb friction, residual_shear 1: some nodes slide at their limit of shear, the others stick.
 #
-# Each node in contact has a role: it sticks (u moves with the pin) or slides (f_x = σ μ_i N, σ = ±1). On all of them v = w +
+# Each node in contact has a role: it sticks (u moves with the pin) or slides (f_x = σ (S + μ_i N), σ = ±1, where S = τ_0·area is
+# what the strength adds). On all of them v = w +
 # approach follows the pin. For given roles everything is linear but the pin's height under a sliding node, for which Newton's
 # method takes over. Below: changes of roles, then motion of the pin, or growth of the load, between changes.
 
@@ -57,6 +60,8 @@ class CoulombContact:
     """Position of every node, from the pin's lowest point at δ_p = 0."""
     node_friction: Vector = field(init=False)
     """μ_i of every node."""
+    node_strength: Vector = field(init=False)
+    """Shear that every node bears without pressure."""
     v: Vector = field(init=False)
     force: Floats = field(init=False)
     """(2, n): f_x and f_z."""
@@ -87,6 +92,7 @@ class CoulombContact:
         self.first_node += nodes
         self.x = surface_from_pin(self.case, self.first_node)
         self.node_friction = node_friction(self.case, self.first_node)
+        self.node_strength = node_strength(self.case, self.compliance.widths, self.first_node)
         self.solve()
 
     @property
@@ -116,11 +122,11 @@ class CoulombContact:
 
     @property
     def excess(self) -> Vector:
-        """|shear| - μ_i·N of the sticking nodes, over μ_i where that is above 1; -load elsewhere.
+        """|shear| beyond the limit of the sticking nodes, over μ_i where that is above 1; -load elsewhere.
 
         Undivided it is as uncertain as μ_i times a pressure: at a μ_i of 10⁴ rounding alone would pass for a slip.
         """
-        over = np.abs(self.force[0]) - self.node_friction * self.normal_force
+        over = np.abs(self.force[0]) - (self.node_strength + self.node_friction * self.normal_force)
         over /= np.maximum(self.node_friction, 1.0)
         return np.where(self.contact & (self.sliding == 0.0), over, -self.normal_load)
 
@@ -132,14 +138,8 @@ class CoulombContact:
     @property
     def nothing(self) -> float:
         """Force that counts as none in motion: of a node that has just touched, or is about to leave."""
-        return max(1e-9 * self.normal_load * min(self.case.intrinsic_friction, 1.0), self.tolerance)
-
-    def leaving(self, force_rate: Floats) -> NDArray[np.bool_]:
-        """True of nodes that bear nothing and lose it. force_rate: (2, n).
-
-        Their limit of shear vanishes with them: whichever role they had, the motion would give them another, and back.
-        """
-        return np.asarray(self.contact & (self.normal_force <= self.nothing) & (force_rate[1] > 0.0))
+        share = min(limit_of_all(self) / self.case.normal_load, 1.0)
+        return max(1e-9 * self.normal_load * share, self.tolerance)
 
     def solve(self) -> None:
         """Forces, approach and displacements for the given roles: Newton's method on the sliding nodes' positions."""
@@ -149,7 +149,7 @@ class CoulombContact:
             # Heights count from their middle: out on a sharp pin they are larger than all the load moves by far.
             middle = float(height.mean())
             given = np.concatenate((self.u[nodes], height - middle, [-self.normal_load]))
-            answer, moved = self._respond(nodes, given)
+            answer, moved = self._respond(nodes, given, self.sliding * self.node_strength)
             self.u[nodes] += moved
             if np.abs(moved).max() <= 1e-14 * self.normal_load:
                 break
@@ -161,19 +161,22 @@ class CoulombContact:
         pin_rate, load_rate, _ = self.direction
         nodes = np.flatnonzero(self.contact)
         given = np.concatenate((np.full(len(nodes), pin_rate), np.zeros(len(nodes)), [-load_rate]))
-        return _everywhere(self.compliance, nodes, self._respond(nodes, given)[0])
+        # Strengths do not change as the pin moves.
+        return _everywhere(self.compliance, nodes, self._respond(nodes, given, np.zeros_like(self.sliding))[0])
 
-    def _respond(self, nodes: NDArray[np.int64], given: Vector) -> tuple[Vector, Vector]:
+    def _respond(self, nodes: NDArray[np.int64], given: Vector, unpressed: Vector) -> tuple[Vector, Vector]:
         """Answer u, v and -load at the nodes in contact with f_x, f_z and approach, sliding nodes moved along the pin so that
-        they are at their limits; and by how much each has moved, (m,)."""
+        they are at their limits; and by how much each has moved, (m,). unpressed: shear of sliding nodes without pressure, (n,).
+        """
         m, slide, stiffness = len(nodes), np.flatnonzero(self.sliding[nodes]), self._stiffness
         slope, share = self.pin.curvature * self.xi[nodes[slide]], (self.sliding * self.node_friction)[nodes[slide]]
         lifted = m + slide
         beyond = stiffness.take(lifted, 0)
         beyond *= share[:, None]
-        beyond += stiffness.take(slide, 0)  # f_x + σ μ_i f_z, which is 0 at the limit: N is -f_z
+        beyond += stiffness.take(slide, 0)  # f_x + σ μ_i f_z, which is σ S at the limit: N is -f_z
+        lacking = unpressed[nodes[slide]] - beyond @ given
         try:
-            moved = np.linalg.solve(beyond.take(slide, 1) + beyond.take(lifted, 1) * slope, -(beyond @ given))
+            moved = np.linalg.solve(beyond.take(slide, 1) + beyond.take(lifted, 1) * slope, lacking)
         except np.linalg.LinAlgError as error:
             raise SingularOperator(f"{m} nodes with Coulomb friction: singular; lower μ_i", "coulomb") from error
         given, along = given.copy(), np.zeros(m)
@@ -188,22 +191,38 @@ class CoulombContact:
         self._set_up = _set_up_for(self.compliance, self.contact, *self._set_up)
         return self._set_up[1]
 
-    def release(self, node: int) -> None:
-        """Let a node go."""
-        if self.contact.sum() == 1:
-            raise CoulombError(Stop.CONTACT_LOST)
-        self.contact[node], self.sliding[node] = False, 0.0
 
-    def touch(self, node: int) -> None:
-        """Bring a node into contact, sticking where it is."""
-        if (np.abs(self.x) > self.pin.half_width)[node]:
-            raise CoulombError(Stop.EDGE_REACHED)
-        self.contact[node] = True
+def leaving(solved: CoulombContact, force_rate: Floats) -> NDArray[np.bool_]:
+    """True of nodes that bear nothing and lose it. force_rate: (2, n).
 
-    def let_slide(self, node: int) -> None:
-        """Let a sticking node slide, the way its shear pushes."""
-        self.sliding[node] = 1.0 if self.force[0, node] >= 0.0 else -1.0
-        self.node_slips[node] += 1
+    Their limit of shear vanishes with them: whichever role they had, the motion would give them another, and back.
+    """
+    return np.asarray(solved.contact & (solved.normal_force <= solved.nothing) & (force_rate[1] > 0.0))
+
+
+def release(solved: CoulombContact, node: int) -> None:
+    """Let a node go."""
+    if solved.contact.sum() == 1:
+        raise CoulombError(Stop.CONTACT_LOST)
+    solved.contact[node], solved.sliding[node] = False, 0.0
+
+
+def touch(solved: CoulombContact, node: int) -> None:
+    """Bring a node into contact, sticking where it is."""
+    if (np.abs(solved.x) > solved.pin.half_width)[node]:
+        raise CoulombError(Stop.EDGE_REACHED)
+    solved.contact[node] = True
+
+
+def let_slide(solved: CoulombContact, node: int) -> None:
+    """Let a sticking node slide, the way its shear pushes."""
+    solved.sliding[node] = 1.0 if solved.force[0, node] >= 0.0 else -1.0
+    solved.node_slips[node] += 1
+
+
+def limit_of_all(solved: CoulombContact) -> float:
+    """Friction force at which all nodes in contact slide, under the load of the case."""
+    return contact_limit(solved.case, contact_area(solved.contact, solved.compliance.widths))
 
 
 def _set_up_for(
@@ -246,11 +265,11 @@ def settle_roles(solved: CoulombContact) -> None:
         # A node beyond the edge of a punch leaves whatever it bears: that counts as much as the load.
         tension = np.where(np.abs(solved.xi) > solved.pin.half_width, solved.normal_load, -solved.normal_force)
         # In the order of `resolve`: without pressure a limit of shear means nothing.
-        answers = ((solved.release, np.where(solved.contact, tension, -1.0)), (solved.let_slide, solved.excess))
-        for answer, violation in (*answers, (solved.touch, -solved.gap)):
+        answers = ((release, np.where(solved.contact, tension, -1.0)), (let_slide, solved.excess))
+        for answer, violation in (*answers, (touch, -solved.gap)):
             worst = _largest(violation, tolerance, solved.direction.ahead)
             if violation[worst] > tolerance:
-                answer(worst)
+                answer(solved, worst)
                 break
         else:
             return
@@ -269,7 +288,7 @@ def stick_and_slide_in_motion(solved: CoulombContact) -> Rates:
         sign = np.sign(np.where(none, force_rate[0], solved.force[0]))
         growth = sign * force_rate[0] + solved.node_friction * force_rate[1]
         # Only a node at its limit (its excess is 0) may begin to slide.
-        growth = np.where((solved.excess > -near) & ~solved.leaving(force_rate), growth, -1.0)
+        growth = np.where((solved.excess > -near) & ~leaving(solved, force_rate), growth, -1.0)
         dragged = np.where(solved.sliding != 0.0, solved.sliding * (u_rate - pin_rate), -1.0)
         least = TOLERANCE * max(np.abs(force_rate).max(), 1.0)
         if growth.max() > least:
@@ -277,7 +296,7 @@ def stick_and_slide_in_motion(solved: CoulombContact) -> Rates:
             solved.sliding[node] = sign[node]
             solved.node_slips[node] += 1
         # After all growth is answered: whether a node is dragged along depends on which others slide.
-        elif solved.case.intrinsic_friction > 0.0 and dragged.max() > 1e-9:
+        elif limits_shear(solved.case) and dragged.max() > 1e-9:
             solved.sliding[_largest(dragged, 1e-9, ahead)] = 0.0
         else:
             return rates
@@ -291,7 +310,7 @@ def stick_and_slide_at_rest(solved: CoulombContact) -> None:
         settle_roles(solved)
         _refuse_cycles(seen, solved)
         # Without friction the sign of a sliding node means nothing.
-        against = (solved.sliding * solved.u > solved.tolerance) & (solved.case.intrinsic_friction > 0.0)
+        against = (solved.sliding * solved.u > solved.tolerance) & limits_shear(solved.case)
         if not against.any():
             return
         solved.sliding[against], solved.u[against] = 0.0, 0.0
@@ -316,7 +335,8 @@ def _refuse_cycles(seen: set[bytes], solved: CoulombContact) -> None:
     seen.add(roles)
 
 
-# Motion of pin or load up to the next change of a node's role: its distance, and the step. Forces are continuous.
+# Motion of pin or load up to the next change of a node's role: its distance, and the step. Forces are continuous, but for the
+# shear that the strength leaves a node which is released.
 
 PROGRESS = 1e-6
 """Motion in node spacings, or growth of the load as a share of it, that counts as progress."""
@@ -335,21 +355,27 @@ def raise_load_of_sliding(solved: CoulombContact, target: float) -> None:
         change(solved, kind if step <= longest else EventKind.NOTHING, node)
 
 
-def change(solved: CoulombContact, kind: EventKind, node: int) -> None:
-    """Answer an event (none if `kind` is NOTHING) and all that follows from it at once."""
+def change(solved: CoulombContact, kind: EventKind, node: int) -> float:
+    """Answer an event (none if `kind` is NOTHING) and all that follows from it at once; returns the energy dissipated."""
+    before = Place.of(solved)
     if kind != EventKind.NOTHING:
-        answers = {EventKind.SLIP: solved.let_slide, EventKind.RELEASE: solved.release, EventKind.TOUCH: solved.touch}
-        answers[kind](node)
+        answers = {EventKind.SLIP: let_slide, EventKind.RELEASE: release, EventKind.TOUCH: touch}
+        answers[kind](solved, node)
     settle_roles(solved)
+    # Without a strength forces do not jump: the difference would be rounding.
+    if solved.case.slip_rule.strength == 0.0:
+        return 0.0
+    solved.load_work += solved.normal_load * (solved.approach - before.approach)
+    return before.lost_until(solved)
 
 
 def next_change(solved: CoulombContact, rates: Rates) -> tuple[float, EventKind, int]:
     """Step after which a role changes, how, and whose; infinite if none does. The gap is taken as linear."""
     force_rate, _, u_rate, v_rate = rates
-    mu, stick = solved.node_friction, solved.contact & (solved.sliding == 0.0) & ~solved.leaving(force_rate)
+    mu, stick = solved.node_friction, solved.contact & (solved.sliding == 0.0) & ~leaving(solved, force_rate)
     steps = {EventKind.RELEASE: _time(solved.normal_force, force_rate[1], solved.contact)}
     for sign in (1.0, -1.0):
-        room = mu * solved.normal_force - sign * solved.force[0]
+        room = solved.node_strength + mu * solved.normal_force - sign * solved.force[0]
         until = _time(room, sign * force_rate[0] + mu * force_rate[1], stick)
         steps[EventKind.SLIP] = np.minimum(steps.get(EventKind.SLIP, until), until)
     closing = v_rate - solved.pin.curvature * solved.xi * (u_rate - solved.direction.pin_rate)
@@ -370,18 +396,36 @@ def advance(solved: CoulombContact, step: float, rates: Rates) -> float:
     if solved.stalled > MOST_STALLED * len(solved.u):
         # A node that touches is pulled off at once, and closes in at once when free: no motion is consistent.
         raise CoulombError(Stop.SLIP_UNBOUNDED)
-    before, slip, height = solved.force, solved.u - solved.displacement, solved.v
-    load, approach = solved.normal_load, solved.approach
+    before, load = Place.of(solved), solved.normal_load
     # Sticking nodes move exactly with the pin; their rates have passed through a solve.
     moved = np.where(solved.contact & (solved.sliding == 0.0), pin_rate, rates[2])
     solved.u = solved.u + step * moved
     solved.displacement += pin_rate * step
     solved.normal_load += load_rate * step
     solved.solve()
-    solved.load_work += (load + solved.normal_load) / 2 * (solved.approach - approach)
-    # Work by the trapezoidal rule: forces are straight along the step but for the pin's curvature.
-    mean = (before + solved.force) / 2
-    return float(-(mean[0] @ (solved.u - solved.displacement - slip) + mean[1] @ (solved.v - height)))
+    solved.load_work += (load + solved.normal_load) / 2 * (solved.approach - before.approach)
+    return before.lost_until(solved)
+
+
+class Place(NamedTuple):
+    """Forces (2, n) and displacements (n,) of a contact at one moment, from which energy is counted."""
+
+    force: Floats
+    slip: Vector
+    height: Vector
+    approach: float
+
+    @classmethod
+    def of(cls, solved: CoulombContact) -> Self:
+        """The forces and displacements of a contact now."""
+        return cls(solved.force, solved.u - solved.displacement, solved.v, solved.approach)
+
+    def lost_until(self, solved: CoulombContact) -> float:
+        """Energy dissipated since, by the trapezoidal rule: forces are straight along a step but for the pin's curvature, and
+        those of a released node fall in proportion to its displacement."""
+        mean = (self.force + solved.force) / 2
+        moved = solved.u - solved.displacement - self.slip
+        return float(-(mean[0] @ moved + mean[1] @ (solved.v - self.height)))
 
 
 def _time(room: Vector, rate: Vector, which: NDArray[np.bool_]) -> Vector:

@@ -189,13 +189,18 @@ SHAPES: dict[PinShape, Callable[[Case], Pin]] = {"parabola": _parabola, "flat_pu
 
 def node_friction(case: Case, first_node: int = 0) -> Floats:
     """μ_i of the case's surface nodes, shape (n,), from this one on."""
-    mean, slab, drawn = case.intrinsic_friction, case.slab, case.heterogeneity
-    if drawn.spread == 0.0 or math.isinf(mean):
-        return np.full(slab.nodes, mean)
+    return case.intrinsic_friction * node_factors(case, first_node)
+
+
+def node_factors(case: Case, first_node: int = 0) -> Floats:
+    """Limit of each surface node from this one on over the mean limit under its pressure, (n,)."""
+    slab, drawn = case.slab, case.heterogeneity
+    if drawn.spread == 0.0:
+        return np.ones(slab.nodes)
     if slab.rows == 1:
-        return mean * _factors(drawn, first_node, slab.n_x)
+        return _factors(drawn, first_node, slab.n_x)
     columns = np.arange(slab.n_x) + first_node // slab.rows
-    return mean * np.concatenate([_factors(drawn, int(column) * APART, slab.rows) for column in columns])
+    return np.concatenate([_factors(drawn, int(column) * APART, slab.rows) for column in columns])
 
 
 APART: Final = 2**16

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Vector
-from nanoslip.solver.case import Case
+from nanoslip.solver.case import Case, limits_shear
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.state import Stop
 from nanoslip.solver.contact.pin import pin_of, surface_from_axis, surface_from_pin
@@ -28,12 +28,13 @@ STEEP_PIN = Outcome(
 )
 DOWNHILL = Outcome(
     Ending.STEEP_PIN,
-    "the pin is steeper where it touches than (1 + residual_shear)/2 of intrinsic_friction, so that events create energy: use "
+    "the pin is steeper where it touches than (1 + residual_shear)/2 of a node's limit over its pressure (intrinsic_friction, if "
+    "slip.strength is 0), so that events create energy: use "
     "effects.pin_translation = false, which keeps pressures constant (not with changing loads or memory); or raise radius or "
     "intrinsic_friction, or lower normal_load",
 )
 """Down a flank of slope s the pressure does the work s·N per distance, which only a shear above s·N can make a loss. The mean
-shear of a slip is (1 + r)/2 of μ_i·N, r = residual_shear."""
+shear of a slip is (1 + r)/2 of its limit, r = residual_shear."""
 NOT_FINITE = Outcome(
     Ending.ROUNDING,
     "a force or displacement is no longer a number: use a load, a radius and an event_floor nearer those of the paper",
@@ -78,7 +79,7 @@ OUTCOME_OF_STOP = {
     ),
     Stop.OVERSHOT: Outcome(
         Ending.OVERSHOT,
-        "the smallest step pushed nodes beyond μ_i·pressure by more than 1e-4 of μ_i·W: lower slip.event_floor, or, where it "
+        "the smallest step pushed nodes beyond their limits by more than 1e-4 of all these: lower slip.event_floor, or, where it "
         "is small, the radius or the record's limits",
     ),
     Stop.DOWNHILL: DOWNHILL,
@@ -133,7 +134,7 @@ def _of_cascades(case: Case, message: str) -> str:
     rule, others = case.slip_rule, []
     if 0.0 < rule.residual_shear < 1.0:
         others.append("lower slip.residual_shear")
-    if case.intrinsic_friction == 0.0 and case.initial_contact != "frictionless":
+    if not limits_shear(case) and case.initial_contact != "frictionless":
         others.append('use initial_contact = "frictionless", the contact of a pin without friction')
     if case.intrinsic_friction > 1.0:
         others.append("lower intrinsic_friction")

@@ -8,19 +8,19 @@ shear lifts the surface by little (ν near 0.5).
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.compiled_contact import slip_constants
 from nanoslip.solver.contact.kernels.state import Direction, Stop, new_scalars
-from nanoslip.solver.contact.pin import node_friction
+from nanoslip.solver.contact.limit import node_limit
 from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.contact.tableau import in_lines
 from nanoslip.solver.elasticity.compliance import Compliance, inverse
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.sliding.kernels.constant_pressures import TangentialState, refresh_shear, slide_tangentially
-from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, first_of, first_room, grown, record_of
+from nanoslip.solver.sliding.record import presliding_length
+from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, first_of, first_room, grown, initial_limit, record_of
 
 
 def slide_with_constant_pressures(case: Case, start: ContactState, compliance: Compliance, way: Way) -> Run:
@@ -29,9 +29,10 @@ def slide_with_constant_pressures(case: Case, start: ContactState, compliance: C
     Raises SingularOperator if the tangential compliance of the contact cannot be inverted.
     """
     nodes = start.contact.nonzero()[0]
-    state, constants = _tangential_state(case, compliance, start, nodes, way.direction), slip_constants(case)
+    limit = initial_limit(case, start, compliance)
+    state, constants = _tangential_state(case, compliance, start, limit, way.direction), slip_constants(case)
     stiffness, slips = float(state.rate.sum()) * way.direction.pin_rate, np.zeros(len(nodes), np.int64)
-    most, end_at = case.max_events or MOST_EVENTS, way.end(case, stiffness)
+    most, end_at = case.max_events or MOST_EVENTS, way.end(case, presliding_length(limit, stiffness))
     events, held = first_room(most), 0
     while True:
         status, held = slide_tangentially(state, constants, first_of(events, most), slips, held, end_at)
@@ -43,7 +44,8 @@ def slide_with_constant_pressures(case: Case, start: ContactState, compliance: C
     end = _tangential_end(case, compliance, start, state, OUTCOME_OF_STOP[status] if finite else NOT_FINITE)
     node_slips = np.zeros(case.slab.nodes, np.int64)
     node_slips[nodes] = slips
-    return record_of(case, start, stiffness, events, SlippedNodes(start.first_node, node_slips), held, end)
+    slipped = SlippedNodes(start.first_node, node_slips)
+    return record_of(case, start, compliance, stiffness, events, slipped, held, end)
 
 
 def _tangential_end(
@@ -64,13 +66,13 @@ def _tangential_end(
 
 
 def _tangential_state(
-    case: Case, compliance: Compliance, start: ContactState, nodes: NDArray[np.int64], direction: Direction
+    case: Case, compliance: Compliance, start: ContactState, limit: float, direction: Direction
 ) -> TangentialState:
+    nodes = start.contact.nonzero()[0]
     block = compliance.entries(nodes, nodes)
     stiffness = inverse(block, f"tangential compliance of {len(nodes)} nodes")
-    limits = node_friction(case, start.first_node)[nodes] * -start.nodal_force[1, nodes]
-    # A node without pressure has no shear either, even where μ_i is infinite.
-    limits = np.where(np.isnan(limits), 0.0, np.maximum(limits, 0.0))
+    limits = node_limit(case, compliance.widths, -start.nodal_force[1], start.first_node)[nodes]
+    limits = np.maximum(limits, 0.0)
     u = start.u[nodes].copy()
     tableau = in_lines(len(nodes))
     tableau[:, : len(nodes)] = stiffness.T
@@ -82,6 +84,7 @@ def _tangential_state(
         u=u,
         rate=stiffness.sum(axis=1) * direction.pin_rate,
         shear_limit=limits,
+        limits=limit,
         weights=1.0 / np.maximum(limits, 1e-12 * case.normal_load),
         nodes=nodes.astype(np.int32),
         node_slips=np.zeros(len(nodes), np.int64),

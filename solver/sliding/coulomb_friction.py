@@ -12,12 +12,13 @@ from nanoslip.solver.contact.compiled_contact import left_behind
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.path import Events, empty_events
 from nanoslip.solver.contact.kernels.state import EventKind, Stop
-from nanoslip.solver.contact.pin import LONGEST_STEP, node_friction
+from nanoslip.solver.contact.limit import limit_over_pressure, node_limit
+from nanoslip.solver.contact.pin import LONGEST_STEP
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED
-from nanoslip.solver.sliding.record import off_the_slab
+from nanoslip.solver.sliding.record import off_the_slab, presliding_length
 from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, record_of
 
 CREATED_ON_THE_WAY = 1e-4
@@ -27,25 +28,27 @@ CREATED_ON_THE_WAY = 1e-4
 def slide_with_coulomb_friction(case: Case, start: ContactState, compliance: Compliance, way: Way) -> Run:
     """Follow the way from `start`.
 
-    An event is a node that begins to slide, is released or touches; forces do not jump. The energy dissipated in sliding
-    since the last event is counted at the event.
+    An event is a node that begins to slide, is released or touches; forces do not jump, but for the shear that a strength leaves
+    a node which is released. The energy dissipated in sliding since the last event is counted at the event.
     """
     compliance = compliance if case.effects.coupling else compliance.uncoupled()
     run, outcome = CoulombRun(case, _contact_at(case, start, compliance, way), way), COMPLETED
     try:
         run.follow()
-        if math.isinf(way.end(case, run.initial_stiffness)) and run.solved.displacement >= off_the_slab(case):
+        if math.isinf(way.end(case, run.presliding)) and run.solved.displacement >= off_the_slab(case):
             outcome = OUTCOME_OF_STOP[Stop.CONTACT_LOST]
     except coulomb.CoulombError as error:
         outcome = error.outcome
     end = coulomb.coulomb_state(run.solved, outcome)
     energies = (run.solved.load_work, run.dissipated)
-    return record_of(case, start, run.initial_stiffness, run.events(), run.slipped, len(run.rows), end, *energies)
+    return record_of(
+        case, start, compliance, run.initial_stiffness, run.events(), run.slipped, len(run.rows), end, *energies
+    )
 
 
 def _contact_at(case: Case, start: ContactState, compliance: Compliance, way: Way) -> coulomb.CoulombContact:
     """The contact in this state; nodes at their limit of friction slide."""
-    limits = node_friction(case, start.first_node) * -start.nodal_force[1]
+    limits = node_limit(case, compliance.widths, -start.nodal_force[1], start.first_node)
     # A state does not hold roles: a node at its limit, but for rounding, was sliding.
     slides = np.abs(start.nodal_force[0]) >= limits * (1 - 1e-9)
     sign = np.where(start.contact & slides, np.sign(start.nodal_force[0]), 0.0)
@@ -62,6 +65,8 @@ class CoulombRun:
     way: Way
     rows: list[tuple[float, ...]] = field(default_factory=list)
     initial_stiffness: float = math.nan
+    presliding: float = math.nan
+    """Presliding length in L_x."""
     dissipated: float = 0.0
     """Energy lost since the last event."""
     slipped: SlippedNodes = field(init=False)
@@ -77,7 +82,7 @@ class CoulombRun:
         solved, (pin_rate, load_rate, _) = self.solved, self.way.direction
         if not pin_rate:
             return (self.way.until - solved.normal_load) * load_rate
-        end = min(self.way.end(self.case, self.initial_stiffness) * pin_rate, off_the_slab(self.case))
+        end = min(self.way.end(self.case, self.presliding) * pin_rate, off_the_slab(self.case))
         return end - solved.displacement * pin_rate
 
     def _longest(self) -> float:
@@ -92,12 +97,13 @@ class CoulombRun:
         case, solved = self.case, self.solved
         rates = coulomb.stick_and_slide_in_motion(solved)
         self.initial_stiffness = self.way.stiffness(float(rates[0][0].sum()))
+        self.presliding = presliding_length(coulomb.limit_of_all(solved), self.initial_stiffness)
         while len(self.rows) < (case.max_events or math.inf) and (left := self._left()) > 0.0:
             step, kind, node = coulomb.next_change(solved, rates)
             longest = min(self._longest(), left)
             self.dissipated += coulomb.advance(solved, min(step, longest), rates)
             before, touching, slips = float(solved.force[0].sum()), solved.contact.copy(), solved.node_slips.copy()
-            coulomb.change(solved, kind if step <= longest else EventKind.NOTHING, node)
+            self.dissipated += coulomb.change(solved, kind if step <= longest else EventKind.NOTHING, node)
             rates = coulomb.stick_and_slide_in_motion(solved)
             if step <= longest:
                 _refuse_flanks(solved, self.dissipated)
@@ -133,10 +139,13 @@ class CoulombRun:
 
 
 def _refuse_flanks(solved: coulomb.CoulombContact, dissipated: float) -> None:
-    """Raises CoulombError if a node is on a flank above 45°, or on one above its μ_i in an event that creates energy."""
+    """Raises CoulombError if a node is on a flank above 45°, or on one above its limit over its pressure in an event that creates
+    energy."""
     slope = np.abs(solved.pin.slope(solved.xi))[solved.contact]
     creates = dissipated < -CREATED_ON_THE_WAY * solved.normal_load**2
-    above_friction = bool((slope > solved.node_friction[solved.contact]).any())
+    pressure = solved.normal_force / solved.compliance.widths
+    limit = limit_over_pressure(solved.case, pressure, solved.first_node)
+    above_friction = bool((slope > limit[solved.contact]).any())
     if (creates and above_friction) or not (slope <= STEEPEST).all():
         raise coulomb.CoulombError(Stop.STEEP)
 

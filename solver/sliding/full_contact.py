@@ -24,8 +24,17 @@ from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED
-from nanoslip.solver.sliding.record import extended
-from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, first_of, first_room, grown, record_of
+from nanoslip.solver.sliding.record import extended, presliding_length
+from nanoslip.solver.sliding.way import (
+    Run,
+    SlippedNodes,
+    Way,
+    first_of,
+    first_room,
+    grown,
+    initial_limit,
+    record_of,
+)
 
 RESUMABLE = 10_000
 """Number of events, for each row of nodes, after which a run restarts from its state: a run in such pieces has the same bits as
@@ -55,7 +64,8 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
     """The run within windows, or on the whole surface; None if a node beyond a window proves to lie inside the pin."""
     compiled = compiled_at(case, compliance, start, whole, way)
     initial_stiffness = way.stiffness(total_shear(compiled.state.contact, compiled.state.rate))
-    most, end_at = case.max_events or MOST_EVENTS, way.end(case, initial_stiffness)
+    presliding = presliding_length(initial_limit(case, start, compliance), initial_stiffness)
+    most, end_at = case.max_events or MOST_EVENTS, way.end(case, presliding)
     piece = RESUMABLE * case.slab.rows
     events, held, windows, load_work = first_room(most), 0, 0, 0.0
     slipped = SlippedNodes(start.first_node, np.zeros(case.slab.nodes, np.int64))
@@ -67,7 +77,7 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
         slipped.of_grid(first, case.slab.nodes)[window] += slips
         # Kernels count nodes from the first of the window.
         events.node[before:held] = first + window[events.node[before:held]]
-        beyond = extended(case, initial_stiffness, held) if math.isnan(way.until) else end_at
+        beyond = extended(case, presliding, held) if math.isnan(way.until) else end_at
         # A record with few enough events goes on (`extended`): how many there are is known only at its first end.
         if status == Stop.DONE and end_at < beyond:
             end_at = beyond
@@ -90,7 +100,7 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
     if beyond_window(compiled, end):
         return None
     load_work += compiled.state.scalars["load_work"]
-    return record_of(case, start, initial_stiffness, events, slipped, held, end, load_work)
+    return record_of(case, start, compliance, initial_stiffness, events, slipped, held, end, load_work)
 
 
 def continued(

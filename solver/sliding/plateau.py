@@ -14,7 +14,7 @@ import numpy as np
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.solver.parameter import Quantity, quantity
+from nanoslip.solver.parameter import STRESS, Quantity, quantity
 from nanoslip.solver.sliding.record import RUN_IN, SPACINGS, FrictionRecord, require_record
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
@@ -49,6 +49,15 @@ class Plateau(Viewed):
             symbol="F/(μ_i·W)",
             comment="plateau_mean over intrinsic_friction; NaN where that is 0 or infinite",
         ),
+    )
+    stress: float = quantity(
+        "F over the contact area on the plateau",
+        symbol="F/A",
+        ensemble=True,
+        shared="plateau",
+        comment="mean friction force over mean area of the nodes in contact, on the steady part of the record: what a strength "
+        "without pressure holds constant, as intrinsic_friction holds F/W",
+        **STRESS,
     )
     spacings: float = quantity(
         "length of the plateau", comment="of the steady part of the record", measure="node spacings"
@@ -143,6 +152,7 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
     start, end = float(steady.edges[0]), float(steady.edges[-1])
     mean, std = _moments(steady)
+    nodes = float(np.average(record.contact_size[first:last], weights=np.diff(steady.edges)))
     half = max(whole // 2, 0) * record.spacing if whole > 1 else 0.5 * (end - start)
     whole_until = steady.integral(np.array((start, start + half, end - half, end)))
     # Over the width between the places of the integral, which is rounded, not over `half`.
@@ -157,6 +167,7 @@ def plateau_of(record: FrictionRecord) -> Plateau:
         first_event=first,
         last_event=last,
         mean=mean / record.normal_load,
+        stress=mean / (nodes * record.node_area),
         std=std / record.normal_load,
         peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
         spacings=(end - start) / record.spacing,
@@ -223,11 +234,11 @@ def _refused(cause: str, message: str, record: FrictionRecord) -> Plateau:
     """
     if cause == "few_events" and record.contact_size.max(initial=record.initial_contact_size) == 1:
         alone = f"{message}; one node in contact: raise n_x, or normal_load or radius"
-        return Plateau(0, 0, *(math.nan,) * 6, outcome=Outcome(Ending.NO_PLATEAU, alone, cause="one_node"))
+        return Plateau(0, 0, *(math.nan,) * 7, outcome=Outcome(Ending.NO_PLATEAU, alone, cause="one_node"))
     last = record.displacement[-1] if len(record.displacement) else -math.inf
     # Beyond the rounding of a sum of steps.
     between = record.final_displacement - last > 1e-12 * record.final_displacement
     limit = "limits.presliding, spacings or displacement, whichever ended it" if between else "limits.events"
     cause = f"{cause} {'travel' if between else 'events'}"
     outcome = Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}", cause=cause)
-    return Plateau(0, 0, *(math.nan,) * 6, outcome=outcome)
+    return Plateau(0, 0, *(math.nan,) * 7, outcome=outcome)

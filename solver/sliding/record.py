@@ -88,11 +88,14 @@ class FrictionRecord(Viewed):
     """Distance between surface nodes: the period of the surface pattern. Infinite where pressures are constant: then the pin
     goes on meeting what it met where it touched."""
     presliding_length: float
-    """μ_i·W/K, in L_x: where a contact that stuck as a whole would reach the friction of all its nodes. Infinite if K ≤ 0."""
+    """(μ_i·W + τ_0·area)/K, in L_x: where a contact that stuck as a whole would reach the limits of all its nodes. Infinite if
+    K ≤ 0."""
     initial_force: float = quantity("F/W after initial contact", **OVER_LOAD, comment="friction force over load")
     initial_stiffness: float = quantity("initial stiffness", comment="dF/dδ_p before the first event", measure="G·L_y")
     initial_slips: int = quantity("node slips of initial contact")
     initial_contact_size: int = quantity("nodes in contact after initial contact")
+    node_area: float = math.nan
+    """Surface that belongs to a node inside of the surface, in L_x; of a plane of nodes in L_x²."""
     end_nodes: int = quantity(
         "end nodes of the surface in contact", comment="0 to 2, where the record begins or where it ends"
     )
@@ -189,19 +192,19 @@ FIRST_CAPACITY = 4096
 """Events for which room is made first; it doubles as they come."""
 
 
-def presliding_length(case: Case, stiffness: float) -> float:
-    """μ_i·W/K in L_x, from the contact's lateral stiffness K (G·L_y); infinite if K is not above 0."""
-    if case.intrinsic_friction == 0.0:
+def presliding_length(limit: float, stiffness: float) -> float:
+    """limit/K in L_x, from the friction force at which all nodes slide and the contact's lateral stiffness K (G·L_y); infinite if
+    K is not above 0."""
+    if limit == 0.0:
         return 0.0
-    return case.intrinsic_friction * case.normal_load / stiffness if stiffness > 0.0 else math.inf
+    return limit / stiffness if stiffness > 0.0 else math.inf
 
 
-def farthest(case: Case, stiffness: float) -> float:
-    """δ_p in L_x at which a record ends at the latest; stiffness: of the contact before it slides, in G·L_y."""
-    length = presliding_length(case, stiffness)
-    if case.max_presliding is None or not length:  # without friction nothing preslides
+def farthest(case: Case, presliding: float) -> float:
+    """δ_p in L_x at which a record ends at the latest; presliding: length of that, in L_x."""
+    if case.max_presliding is None or not presliding:  # without friction nothing preslides
         return case.farthest
-    return min(case.farthest, case.max_presliding * length)
+    return min(case.farthest, case.max_presliding * presliding)
 
 
 def require_record(record: object) -> None:
@@ -215,13 +218,13 @@ SPACINGS: Final = 2
 """Node spacings to which a record goes on: the surface pattern repeats, so two show how much each start still matters."""
 
 
-def extended(case: Case, stiffness: float, events: int | float) -> float:
+def extended(case: Case, presliding: float, events: int | float) -> float:
     """Displacement δ_p in L_x at which a record with this number of events ends by its limits of length.
 
     Two presliding lengths more than SPACINGS: run-in, and the last event before the end.
     """
-    end = farthest(case, stiffness)
-    beyond = min(SPACINGS * case.slab.spacing + 2.0 * presliding_length(case, stiffness), case.farthest)
+    end = farthest(case, presliding)
+    beyond = min(SPACINGS * case.slab.spacing + 2.0 * presliding, case.farthest)
     if case.spacing_events is None or case.interface.contacts > 1 or events * beyond > case.spacing_events * end:
         return end
     return max(end, beyond)

@@ -23,7 +23,7 @@ from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, record_of
 def slide(case: Case, compliance: Compliance, start: ContactState | None = None) -> FrictionRecord:
     """Slide the pin of `case` from initial contact (or from `start`) to its limits, event by event.
 
-    The next event is the smallest step, at least the event floor, to |shear| = μ_i·pressure, pressure = 0 or gap = 0; then the
+    The next event is the smallest step, at least the event floor, to a shear at its limit, pressure = 0 or gap = 0; then the
     worst offender until constraints I-III hold. Failures of the physics are the record's outcome.
     """
     return slide_to_state(case, compliance, start)[0]
@@ -42,11 +42,11 @@ def followed(case: Case, compliance: Compliance, start: ContactState | None = No
         raise InvalidInput("friction", False, "the stage contact alone, there is nothing to slide against")
     start = initial_contact(case, compliance) if start is None else start
     if not start.outcome.ok:
-        return _no_record(case, start, start)
+        return _no_record(case, start, compliance, start)
     try:
         run = _method(case)(case, start, compliance, way or Way(case.normal_load))
     except (SingularOperator, TooFarApart) as error:
-        run = _no_record(case, start, replace(start, outcome=error.outcome))
+        run = _no_record(case, start, compliance, replace(start, outcome=error.outcome))
     end = diagnosed(case, compliance, run.end)
     if end.outcome.ok and not (found := lawfulness(case, start, run.record, end, run.load_work)).ok:
         end = diagnosed(case, compliance, replace(end, outcome=found))
@@ -55,10 +55,10 @@ def followed(case: Case, compliance: Compliance, start: ContactState | None = No
     return run._replace(record=record, end=end)
 
 
-def _no_record(case: Case, start: ContactState, end: ContactState) -> Run:
+def _no_record(case: Case, start: ContactState, compliance: Compliance, end: ContactState) -> Run:
     """The record of a run without events."""
     slipped = SlippedNodes(start.first_node, np.zeros(case.slab.nodes, np.int64))
-    return record_of(case, start, math.nan, empty_events(0), slipped, 0, end)
+    return record_of(case, start, compliance, math.nan, empty_events(0), slipped, 0, end)
 
 
 def _method(case: Case) -> Callable[[Case, ContactState, Compliance, Way], Run]:

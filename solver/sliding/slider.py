@@ -90,7 +90,7 @@ def portion(case: Case, compliance: Compliance, first: int, beyond: int, places:
 def _end(case: Case, compliance: Compliance) -> float:
     """δ_p at which the records of all contacts end: the limit of this one."""
     begun = slide(replace(case, max_events=1), compliance)
-    end = farthest(case, begun.initial_stiffness)
+    end = farthest(case, begun.presliding_length)
     if not begun.outcome.ok:
         raise _ended(begun.outcome)
     if not 0.0 < end < math.inf:
@@ -226,6 +226,7 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
         **columns,
         normal_load=case.total_load,
         spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
+        node_area=case.slab.node_area,
         presliding_length=total.presliding_length,
         initial_force=float(force[0]),
         initial_stiffness=total.stiffness * there,

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case, Image, image_of
 from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
 from nanoslip.solver.contact.kernels.events import STEEPEST
-from nanoslip.solver.contact.pin import expected_half_width, node_friction, pin_of, roughness_slopes, surface_from_pin
+from nanoslip.solver.contact.limit import area_within, contact_limit, limit_over_pressure
+from nanoslip.solver.contact.pin import expected_half_width, pin_of, roughness_slopes, surface_from_pin
 from nanoslip.solver.contact.soundness import DOWNHILL, STEEP_PIN, energy_created, steepest_across
 from nanoslip.solver.contact.state import ContactState, contact_width
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
@@ -45,7 +46,8 @@ EDGE = 0.125
 within one node."""
 LARGEST_PRESSURE = 0.1
 """Mean pressure over G above which displacements have gradients of about a tenth (Hertz: the slope at the contact's edge is
-4(1 - ν)/π times it, 0.85 at ν = 1/3, the shear below the middle 0.38 times): the share that linear elasticity neglects."""
+4(1 - ν)/π times it, 0.85 at ν = 1/3, the shear below the middle 0.38 times): the share that linear elasticity neglects. A shear
+traction of as much shears the surface by a tenth, too."""
 
 MISSED = 0.5
 """Share of the slope of a pin's roughness that nodes may miss. Plateaus were within 2.5 % of those at n_x = 1025 below it, and
@@ -101,7 +103,7 @@ class Flag(Enum):
     )
     large_strain = (
         32,
-        f"mean pressure above {LARGEST_PRESSURE:g} G: strains beyond linear elasticity",
+        f"mean pressure or slip.strength above {LARGEST_PRESSURE:g} G: strains beyond linear elasticity",
         "take the numbers as a first estimate; finite elements with finite strains compute such a contact",
     )
     unresolved_slab = (
@@ -262,8 +264,14 @@ def guessed_half_width(case: Case) -> float:
 
 
 def least_plateau(case: Case) -> float:
-    """Smallest F/W of steady sliding: (1 + r)/2 of μ_i, r = residual_shear (campaigns/interface/from_one_contact.md)."""
-    return 0.5 * (1.0 + case.slip_rule.residual_shear) * case.intrinsic_friction
+    """Smallest F/W of steady sliding: (1 + r)/2 of the limit, r = residual_shear (campaigns/interface/from_one_contact.md)."""
+    return 0.5 * (1.0 + case.slip_rule.residual_shear) * sliding_friction(case)
+
+
+def sliding_friction(case: Case) -> float:
+    """F/W of steady sliding if slips drop no stress: μ_i, and with a strength τ_0·area/W more, by the area that is guessed."""
+    area = area_within(case, min(guessed_half_width(case), 0.5))
+    return contact_limit(case, area) / case.normal_load
 
 
 def may_create_energy(case: Case) -> bool:
@@ -318,12 +326,13 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
     narrowest = min(seen.half_width, expected)  # few nodes make a narrow contact seem wide
     several = FEWEST_NODES / 2 * case.slab.spacing  # of fewer nodes the one flag says enough
     planar = case.slab.scheme.planar
-    area = math.pi * narrowest**2 if planar else 2 * narrowest
+    pressed = case.normal_load > LARGEST_PRESSURE * area_within(case, narrowest)
+    strained = pressed or case.slip_rule.strength > LARGEST_PRESSURE
     found = (
         Flag.few_nodes if seen.fewest < (FEWEST_IN_PLANE if planar else FEWEST_NODES) else None,
         _place(case, seen),
         Flag.beyond_contact if seen.travel > seen.half_width and not case.slab.scheme.endless else None,
-        Flag.large_strain if case.normal_load > LARGEST_PRESSURE * area else None,
+        Flag.large_strain if strained else None,
         None if case.slab.scheme.resolves(case.slab, max(narrowest, several)) else Flag.unresolved_slab,
         Flag.unresolved_roughness if missed > MISSED * slope and slope > FELT * narrowest / case.radius else None,
         Flag.short_profile if any(0.0 < np.ptp(each) < 2.0 * narrowest for each in (image.xi, image.y)) else None,
@@ -356,7 +365,8 @@ def lawfulness(
     # Classical sliding has looked at its energy event by event.
     if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, start, record, end, load_work):
         return COMPLETED
-    mean_shear = 0.5 * (1.0 + case.slip_rule.residual_shear) * node_friction(case, end.first_node)
+    limit = limit_over_pressure(case, end.pressure, end.first_node)
+    mean_shear = 0.5 * (1.0 + case.slip_rule.residual_shear) * limit
     steep = (np.abs(pin_of(case).slope(xi)) > mean_shear)[end.contact].any()
     return DOWNHILL if steep else energy_created(case)
 

@@ -11,7 +11,9 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.path import Events, empty_events
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction
+from nanoslip.solver.contact.limit import contact_area, contact_limit
 from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.slab import surface_x
 from nanoslip.solver.sliding.record import FIRST_CAPACITY, FrictionRecord, farthest, presliding_length
 
@@ -25,9 +27,9 @@ class Way(NamedTuple):
     until: float = math.nan
     """δ_p at its end, or the load where the pin rests; NaN where the limits of a case end it."""
 
-    def end(self, case: Case, stiffness: float) -> float:
-        """Displacement (or load) at the end of the leg. stiffness: of the contact before it slides."""
-        return farthest(case, stiffness) if math.isnan(self.until) else self.until
+    def end(self, case: Case, presliding: float) -> float:
+        """Displacement (or load) at the end of the leg. presliding: length of that, in L_x."""
+        return farthest(case, presliding) if math.isnan(self.until) else self.until
 
     def stiffness(self, shear_rate: float) -> float:
         """dF/dδ_p before the first event from the rate of shear; NaN where the load changes, too."""
@@ -82,9 +84,15 @@ def grown(events: Events) -> Events:
     return grown
 
 
+def initial_limit(case: Case, start: ContactState, compliance: Compliance) -> float:
+    """Friction force at which all nodes of the contact slide with which a run begins."""
+    return contact_limit(case, contact_area(start.contact, compliance.widths))
+
+
 def record_of(
     case: Case,
     start: ContactState,
+    compliance: Compliance,
     initial_stiffness: float,
     events: Events,
     slipped: SlippedNodes,
@@ -110,7 +118,8 @@ def record_of(
         node_slips=slipped.slips,
         normal_load=case.normal_load,
         spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
-        presliding_length=presliding_length(case, initial_stiffness),
+        node_area=case.slab.node_area,
+        presliding_length=presliding_length(initial_limit(case, start, compliance), initial_stiffness),
         initial_force=start.friction_force,
         initial_stiffness=initial_stiffness,
         initial_slips=start.slips,

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Interface
-from nanoslip.solver.contact.pin import node_friction
+from nanoslip.solver.contact.limit import node_limit
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
@@ -191,7 +191,7 @@ def _moment(event: int, before: ContactState | None, now: ContactState, case: Ca
         slip, contact = np.roll(before.slip, -ahead), np.roll(before.contact, -ahead)
         moved = np.abs(now.slip - slip) > ROUNDING_OF_SLIPS * max(np.abs(now.slip).max(), now.displacement)
         slipped = now.contact & contact & moved
-    friction = node_friction(case, now.first_node)
+    limit = np.where(now.contact, node_limit(case, 1.0, now.pressure, now.first_node), 0.0)
     share = 1.0 / case.normal_load
     return Moment(
         event=event,
@@ -201,7 +201,7 @@ def _moment(event: int, before: ContactState | None, now: ContactState, case: Ca
         friction=share * now.friction_force,
         pressure=share * now.pressure,
         shear=share * now.shear,
-        limit=share * np.where(np.isfinite(friction), friction, np.nan) * now.pressure,
+        limit=share * np.where(np.isfinite(limit), limit, np.nan),
         slip=np.where(now.contact, now.slip, np.nan),
         slipped=slipped,
     )

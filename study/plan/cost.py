@@ -15,6 +15,7 @@ from nanoslip.solver.case import MOST_EVENTS, Case, image_of
 from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
 from nanoslip.solver.contact.kernels.path import STRETCHES
 from nanoslip.solver.contact.kernels.state import RINGS, margin
+from nanoslip.solver.contact.limit import contact_limit
 from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.drive import Drive, expected_duration
 from nanoslip.solver.dynamics.stick_slip import MOST_FITTED_SAMPLES
@@ -25,7 +26,7 @@ from nanoslip.solver.last import of_the_last
 from nanoslip.solver.load_path import length_of
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import PIECES, batches
-from nanoslip.solver.sliding.record import FIRST_CAPACITY, extended, farthest, off_the_slab
+from nanoslip.solver.sliding.record import FIRST_CAPACITY, extended, farthest, off_the_slab, presliding_length
 from nanoslip.solver.sliding.validity import least_plateau
 from nanoslip.study.plan.task import Task, case_of, drive_of
 
@@ -84,7 +85,7 @@ class Sizes(NamedTuple):
     stiffness: float
     """dF/dδ_p with all nodes stuck, in G·L_y."""
     presliding: float
-    """μ_i·W/K, in L_x."""
+    """(μ_i·W + τ_0·area)/K, in L_x."""
     step: float
     """Displacement from event to event in steady sliding, in L_x."""
     reach: float
@@ -109,12 +110,14 @@ def sizes_of(case: Case) -> Sizes:
     if slab.scheme.planar:
         hertz, nodes = (math.pi / 4.0 * each**2 for each in (hertz, across))
     # Nodes that never slip leave no events.
-    presliding = min(case.intrinsic_friction, 1e6) * case.normal_load / stiffness
+    limit = contact_limit(case, nodes * slab.node_area)
+    presliding = min(limit, 1e6 * case.normal_load) / stiffness
     least = rule.event_floor * min(slab.spacing, STRETCHES * presliding)
     lost = max(1.0 - rule.residual_shear, 1e-6)  # share of its shear that a node loses in a slip
     step = max(lost * presliding / (EVENTS * nodes), least, 1e-300)
     follows = case.effects.pin_translation or rule.residual_shear == 1.0
-    reach = extended(case, stiffness, farthest(case, stiffness) / step)
+    length = presliding_length(limit, stiffness)
+    reach = extended(case, length, farthest(case, length) / step)
     reach = min(reach, off_the_slab(case) if follows else math.inf)
     most = float(case.max_events or MOST_EVENTS)
     # In Coulomb sliding a node is touched and one released in each spacing; all come to slide first.

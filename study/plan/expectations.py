@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from nanoslip.solver.case import Case
+from nanoslip.solver.case import Case, limits_shear
 from nanoslip.solver.contact.soundness import DOWNHILL
 from nanoslip.solver.drive import FEWER_STEPS, TRAVEL, Drive
 from nanoslip.solver.slab import Slab
@@ -63,7 +63,7 @@ def outlook_of(plan: Plan) -> Outlook:
     kinds, masks, spans = needed_kinds(plan.manifest), list[int](), list[float]()
     for case in (each.case for each in plan.cases):
         displacement = 0.0
-        if case and "record" in kinds and case.intrinsic_friction > 0.0:
+        if case and "record" in kinds and limits_shear(case):
             displacement = expected_displacement(case)
             spans.append(displacement / case.slab.spacing)
         if case and case.path:
@@ -168,9 +168,8 @@ def _driven(plan: Plan) -> Iterator[tuple[int, Case, CampaignDrive, Drive]]:
     some = drives[:: max(1, len(drives) // _LOOKED_AT)]
     known = [(one, one.drive.dimensionless(scales)) for one in some if one.drive]
     for number in range(0, len(plan.cases), max(1, len(plan.cases) * len(known) // _LOOKED_AT)):
-        if (
-            case := plan.cases[number].case
-        ) is not None and case.intrinsic_friction > 0.0:  # without friction nothing slips
+        case = plan.cases[number].case
+        if case is not None and limits_shear(case):  # without friction nothing slips
             yield from ((number, case, *each) for each in known)
 
 

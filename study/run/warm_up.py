@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -91,13 +91,14 @@ def made_up(key: str) -> TaskResult:
     events, ramp, step = 300, 100, 1e-6
     before = step * np.minimum(np.arange(1.0, events + 1), ramp)
     short, counts = np.zeros(events, np.int32), np.ones(events, np.int64)
+    sizes: dict[str, Any] = dict.fromkeys(("node", "releases", "touches", "contact_size", "extent"), short)
     record = FrictionRecord(
         displacement=step * np.arange(1.0, events + 1),
         force_before=before,
         force_after=0.9 * before,
         stiffness=np.ones(events),
         kind=np.zeros(events, np.int8),
-        **dict.fromkeys(("node", "releases", "touches", "contact_size", "extent"), short),
+        **sizes,
         slips=counts,
         dissipated=np.zeros(events),
         node_x=np.zeros(1),

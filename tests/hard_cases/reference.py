@@ -4,9 +4,10 @@ Every question is answered by one dense solve from scratch: which forces hold th
 load? No tableau, no updates, no window, nothing of `solver` but the case and the compliance.
 
 A stuck node moves with the pin and touches it at ξ = x + u - δ_p, so v = w + approach = ξ²/2R there. Free nodes bear no
-force. An event is the smallest step at which |shear| = μ_i·pressure, pressure = 0 or gap = 0; its node is answered first,
-then by turns, until none is left: the node in largest tension is released, the worst offender by |shear|/(μ_i·pressure) slips
-until its shear is residual_shear·μ_i·pressure, the deepest node inside the pin touches. Ties go to the node further right.
+force. The limit of a node is τ_0·area + μ_i·N. An event is the smallest step at which |shear| = limit, pressure = 0 or gap = 0;
+its node is answered first, then by turns, until none is left: the node in largest tension is released, the worst offender by
+|shear|/limit slips until its shear is residual_shear·limit, the deepest node inside the pin touches. Ties go to the node
+further right.
 """
 
 from dataclasses import dataclass
@@ -49,6 +50,7 @@ class Reference:
         self.image = np.array(case.heterogeneity.roughness)
         self.n = len(self.x)
         self.mu, self.normal_load = case.intrinsic_friction, case.normal_load
+        self.strength = case.slip_rule.strength * compliance.widths
         self.nothing = 1e-12 * case.normal_load
         self.contact = np.hypot(self.x, y) <= 0.3
         self.u, self.delta = np.zeros(self.n), 0.0
@@ -104,13 +106,13 @@ class Reference:
         """Move the node along the pin until its shear is `residual_shear` of what it can bear: a parabola in the distance."""
         f_x, _, _, _ = self.now()
         side = 1.0 if f_x[node] > 0.0 else -1.0
-        share = side * self.case.slip_rule.residual_shear * self.mu
+        left = side * self.case.slip_rule.residual_shear
         there, step = [], -side * abs(f_x[node])
         for distance in (0.0, step, 2.0 * step):
             u = self.u.copy()
             u[node] += distance
             f_x, f_z, _, _ = self.answer(u, self.height(u), self.normal_load)
-            there.append(f_x[node] + share * f_z[node])
+            there.append(f_x[node] - left * (self.strength[node] - self.mu * f_z[node]))
         first, second = there[1] - there[0], there[2] - 2.0 * there[1] + there[0]
         # Newton's divided differences, in units of the step.
         b, a = first - 0.5 * second, 0.5 * second
@@ -134,9 +136,10 @@ class Reference:
         tension = np.where(self.contact, f_z, -1.0)
         if tension.max() > self.nothing:
             return RELEASE, int(np.argmax(tension))
-        over = self.contact & (np.abs(f_x) + self.mu * f_z > self.nothing)
+        limit = self.strength - self.mu * f_z
+        over = self.contact & (np.abs(f_x) - limit > self.nothing)
         if over.any():
-            ratio = np.where(over, np.abs(f_x) / np.maximum(-self.mu * f_z, self.nothing), 0.0)
+            ratio = np.where(over, np.abs(f_x) / np.maximum(limit, self.nothing), 0.0)
             return SLIP, int(np.flatnonzero(ratio >= ratio.max() * (1.0 - NEAR))[-1])
         inside = np.where(self.contact, -1.0, v - self.height(u))
         if inside.max() > self.nothing + 4e-16 / self.case.radius:
@@ -160,7 +163,8 @@ class Reference:
                 for side in (1.0, -1.0):
                     rate = side * d_x[i] + self.mu * d_z[i]
                     if rate > 0.0:
-                        found.append((max(-(side * f_x[i] + self.mu * f_z[i]), 0.0) / rate, SLIP, i))
+                        room = self.strength[i] - (side * f_x[i] + self.mu * f_z[i])
+                        found.append((max(room, 0.0) / rate, SLIP, i))
             else:
                 moving = du[i] - 1.0
                 rate = (places[i] / radius + steep[i]) * moving - dv[i]
@@ -176,7 +180,8 @@ class Reference:
         """The smallest step, counted in node spacings or in 24 stretches of the contact, whichever is shorter."""
         shear, normal, _, _ = self.answer(np.where(self.contact, 1.0, 0.0), np.zeros(self.n), 0.0)
         stiffness = float((np.abs(shear) + self.mu * np.abs(normal)).sum())
-        return self.case.slip_rule.event_floor * min(self.spacing, 24.0 * self.mu * self.normal_load / stiffness)
+        limit = self.mu * self.normal_load + float(self.strength[self.contact].sum())
+        return self.case.slip_rule.event_floor * min(self.spacing, 24.0 * limit / stiffness)
 
     def slide(self, events: int) -> list[Event]:
         """The next events of the record."""

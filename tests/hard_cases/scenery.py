@@ -6,6 +6,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from nanoslip.solver.contact.closed_forms import hertz_half_width, hertz_radius
 from nanoslip.solver.slab import SCHEMES
 
 Sections = dict[str, dict[str, Any]]
@@ -47,6 +48,7 @@ SLIP = {
     "limited_shear": st.sampled_from(["both_ways", "both_ways", "forward"]),
     "residual_shear": or_nonsense(st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.5, 0.999, 1.0]))),
     "event_floor": or_nonsense(powers(-12, 0)),
+    "strength": or_nonsense(st.one_of(st.just(0.0), powers(-15, 0))),
 }
 EFFECTS = {name: st.sampled_from([True, True, False]) for name in ("friction", "coupling", "pin_translation")}
 HETEROGENEITY = {
@@ -126,6 +128,32 @@ def scenes(draw: st.DrawFn, grids: tuple[int, ...] = (5, 9, 17, 33), events: int
         return text_of(stages, sections, [])
     sections["scales"] = draw(tables(SCALES))
     return text_of(stages, sections, _drives(draw, DRIVE))
+
+
+@st.composite
+def strong_scenes(draw: st.DrawFn) -> str:
+    """Scenes with a strength from 1e-12 to 1e3 of the mean limit by pressure, or alone, of all kinds of sliding."""
+    constants = draw(st.fixed_dictionaries(SENSIBLE_CONSTANTS))
+    numerics = {**draw(tables(NUMERICS)), "n_x": draw(st.sampled_from([9, 17, 33]))}
+    planar = numerics.get("scheme") in ("half_space", "layer")
+    sizes = constants["normal_load"], constants["radius"], constants["poisson"]
+    pressure = sizes[0] / (math.pi * hertz_radius(*sizes) ** 2 if planar else 2.0 * hertz_half_width(*sizes))
+    strength = min(draw(powers(-12, 3)) * constants["intrinsic_friction"] * pressure, 1.0)
+    if draw(st.integers(0, 3)) == 0:
+        constants["intrinsic_friction"] = 0.0
+    sections: Sections = {
+        "constants": constants,
+        "numerics": numerics,
+        "slip": {**draw(tables(SLIP)), "strength": strength, "cascade_limit": 20_000},
+        "limits": {"events": draw(st.integers(20, 200))},
+        "effects": draw(tables(EFFECTS)),
+        "ensemble": {"members": 1},
+    }
+    if draw(st.integers(0, 3)) == 0:
+        sections["heterogeneity"] = draw(tables(HETEROGENEITY))
+    if draw(st.integers(0, 5)) == 0:
+        sections["path"] = {"amplitude": draw(st.floats(0.1, 2.0)), "cycles": 2}
+    return text_of(["contact", "slip"], sections, [])
 
 
 @st.composite

@@ -25,13 +25,24 @@ SAMPLE: dict[str, dict[str, object]] = {
     "coarse floor": {"slip_rule": SlipRule(event_floor=1e-5)},
 }
 WALKING = "walking"
+STRONG: dict[str, dict[str, object]] = {
+    # Mean limits of 5e-4 G by pressure: as much again without pressure, and ten times as much.
+    "strength": {"slip_rule": SlipRule(strength=5e-4, residual_shear=0.3), "start": 0.37},
+    "strength far beyond pressure": {"slip_rule": SlipRule(strength=5e-3), "radius": 20.0},
+    "strength alone": {
+        "slip_rule": SlipRule(strength=1e-3),
+        "intrinsic_friction": 0.0,
+    },
+}
+"""Cases of 200 events."""
 
 
 def _case(scheme: str, name: str) -> Case:
     """Pressing a chain moves nothing sideways: near a node or its middle, mirror nodes would tie, and rounding decide."""
     slab = Slab(n_x=33 if name == WALKING else 17, scheme=scheme)
     start = 0.0 if slab.scheme.continuum else 0.29
-    return Case(**{"slab": slab, "max_events": EVENTS, "start": start, **SAMPLE[name]})  # type: ignore[arg-type]
+    of_it = {"max_events": 200, **STRONG[name]} if name in STRONG else SAMPLE[name]
+    return Case(**{"slab": slab, "max_events": EVENTS, "start": start, **of_it})  # type: ignore[arg-type]
 
 
 def _disagreement(case: Case) -> tuple[float, float]:
@@ -59,6 +70,16 @@ def test_sliding_agrees_with_solving_from_scratch(name: str, scheme: str) -> Non
     """Kind, node, slips, releases and touches of every event; displacements and forces to 1e-9."""
     displacement, force = _disagreement(_case(scheme, name))
     # Up to a thousand slips, each solved to rounding times the contact's condition (1e2).
+    assert displacement < 1e-9
+    assert force < 1e-9
+
+
+@pytest.mark.everyday(3)
+@pytest.mark.parametrize("name", STRONG)
+@pytest.mark.parametrize("scheme", ["biquadratic", "half_plane"])
+def test_sliding_with_a_strength_agrees_with_solving_from_scratch(name: str, scheme: str) -> None:
+    """200 events, node by node."""
+    displacement, force = _disagreement(_case(scheme, name))
     assert displacement < 1e-9
     assert force < 1e-9
 

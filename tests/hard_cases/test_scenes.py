@@ -30,7 +30,7 @@ from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.run.compute import compliance_of, run_task
 from tests.conftest import Command
-from tests.hard_cases.scenery import campaigns, driven_scenes, scenes
+from tests.hard_cases.scenery import campaigns, driven_scenes, scenes, strong_scenes
 from tests.physics import assert_contact_laws, assert_friction_law
 
 SEED = "NANOSLIP_SCENE_SEED"
@@ -62,7 +62,7 @@ SHARES = ("fluctuation", "unseen_force")
 KINETIC = ("kinetic_friction",)
 LACKS = {
     Ending.NO_PLATEAU: (
-        "plateau_mean", "plateau_std", "plateau_start", "plateau_end", "plateau_spacings", "plateau_peak",
+        "plateau_mean", "plateau_stress", "plateau_std", "plateau_start", "plateau_end", "plateau_spacings", "plateau_peak",
         "plateau_drift", "plateau_event_drift",
         "mean_step", "mean_slips", "mean_drop", *KINETIC,
     ),
@@ -197,6 +197,17 @@ def test_every_scene_ends_in_a_lawful_result_or_a_named_refusal(
     endings = tried(drawn(scenes(), count, number), number, tmp_path)
     whole = sum(endings[ending] for ending in (Ending.COMPLETED, Ending.NO_PLATEAU, Ending.NO_SLIP))
     assert whole > count // 10, f"{SEED}={number}: mere nonsense"
+
+
+@pytest.mark.parametrize("count", [12, pytest.param(400, marks=pytest.mark.slow)])
+def test_scenes_with_a_strength_end_in_a_lawful_result_or_a_named_refusal(
+    count: int, number: int, tmp_path: Path
+) -> None:
+    """The everyday ones are the same at every run."""
+    number = number if count > 12 else 2022
+    endings = tried(drawn(strong_scenes(), count, number), number, tmp_path)
+    whole = sum(endings[ending] for ending in (Ending.COMPLETED, Ending.NO_PLATEAU))
+    assert whole > count // 3, f"{SEED}={number}: mere nonsense"
 
 
 @pytest.mark.parametrize("count", [12, pytest.param(100, marks=pytest.mark.slow)])

@@ -530,8 +530,9 @@ def test_a_pin_that_slides_on_and_on_leaves_the_slab(monkeypatch):
 worst_violation = for_python(kernels.worst_violation)
 
 
-def worst(shear, pressure, limits, opposite=-1.0, ahead=1):
-    node, tension = worst_violation(shear, -pressure, limits, np.isfinite(limits), 1e-15, opposite, ahead)
+def worst(shear, pressure, friction, strength=None, opposite=-1.0, ahead=1):
+    strength = np.zeros(len(shear)) if strength is None else strength
+    node, tension = worst_violation(shear, -pressure, friction, strength, np.isfinite(friction), 1e-15, opposite, ahead)
     return int(node), float(tension)
 
 
@@ -542,6 +543,9 @@ def test_the_worst_offender_is_the_node_with_the_largest_ratio_and_of_mirror_twi
     limits[rng.random(45) < 0.3] = np.nan  # free or stuck for ever
     ratio = np.nan_to_num(np.abs(shear) / (limits * pressure))
     assert worst(shear, pressure, limits) == (int(np.argmax(ratio)), 0.0)
+    strength = rng.uniform(0.0, 0.3, 45)
+    with_strength = np.nan_to_num(np.abs(shear) / (limits * pressure + strength))
+    assert worst(shear, pressure, limits, strength) == (int(np.argmax(with_strength)), 0.0)
     assert worst(shear * 0.99 / ratio.max(), pressure, limits) == (-1, 0.0)
     pressure[np.flatnonzero(np.isfinite(limits))[3]] = -2.0
     assert worst(shear, pressure, limits)[1] == 2.0

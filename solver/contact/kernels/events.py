@@ -214,12 +214,13 @@ def worst_violation(
     shear: Floats,
     normal: Floats,
     active_friction: Floats,
+    node_strength: Floats,
     contact: NDArray[np.bool_],
     tolerance: float,
     opposite: float,
     ahead: int,
 ) -> tuple[int, float]:
-    """The node with the largest limited shear over μ_i·pressure (of ties the one further ahead), or -1; the largest tension.
+    """The node with the largest limited shear over its limit (of ties the one further ahead), or -1; the largest tension.
 
     A node without shear never counts. Both are maxima of integers, for vector instructions: a ratio's lowest bits hold the node.
     Ratios nearer than half of the cut coincide in at least one of two cuts, half a step apart.
@@ -227,7 +228,7 @@ def worst_violation(
     cut, shifted, tension, turned = 0, 0, 0, reversing_bits(ahead)
     for i in range(len(active_friction)):
         # Normal entries are forces on the slab, so pressure is their negative.
-        size, allowed = limited(shear[i], opposite), -active_friction[i] * normal[i]
+        size, allowed = limited(shear[i], opposite), node_strength[i] - active_friction[i] * normal[i]
         # Where the limit is 0 or below, the tolerance keeps the ratio finite and in order of the shear.
         ratio = bits(size / max(allowed, tolerance))
         # `&`, as `and` is a branch, which keeps a loop from vector instructions. With μ_i above 1 a tension within the
@@ -269,11 +270,15 @@ def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
 
 @compiled(inline="always")
 def on_steep_flank(state: KernelState, constants: KernelConstants, against_friction: bool) -> bool:
-    """True if a node in contact is on a flank steeper than STEEPEST, or than half of its μ_i. There the pressure may drive
-    a slip downhill harder than the shear resists, which falls from μ_i·pressure to zero."""
+    """True if a node in contact is on a flank steeper than STEEPEST, or than half of its limit over its pressure. There the
+    pressure may drive a slip downhill harder than the shear resists, which falls from the limit to zero."""
+    n = len(state.x)
     for i in range(len(state.x)):
         if state.contact[i]:
-            most = min(0.5 * state.node_friction[i], STEEPEST) if against_friction else STEEPEST
+            most = STEEPEST
+            if against_friction:
+                pressed = max(-state.response[n + i], constants.slip.tolerance)
+                most = min(0.5 * (state.node_friction[i] + state.node_strength[i] / pressed), STEEPEST)
             xi = state.x[i] + state.inputs[i] - state.scalars.displacement
             if not abs(pin_slope(constants.pin.curvature, constants.pin.rise, i, xi)) <= most:
                 return True
@@ -317,13 +322,16 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
     y, tableau, inputs, x, scalars = state.response, state.tableau, state.inputs, state.x, state.scalars
     shear, normal, contact = y[:n], y[n : 2 * n], state.contact
     node_friction, active_friction, node_slips = state.node_friction, state.active_friction, state.node_slips
+    node_strength = state.node_strength
     displacement, opposite = scalars.displacement, constants.slip.opposite
     # The trigger slips unasked: it is at its limit, though rounding may leave its shear a little below.
     node = first
     while True:
         if node < 0:
-            node, tension = worst_violation(shear, normal, active_friction, contact, tolerance, opposite, scalars.ahead)
-            # Before any slip: a node that pulls has a negative limit, which no shear meets.
+            node, tension = worst_violation(
+                shear, normal, active_friction, node_strength, contact, tolerance, opposite, scalars.ahead
+            )
+            # Before any slip: friction is no law for a node that pulls.
             if tension > tolerance:
                 return Stop.DONE, EventKind.RELEASE, largest_tension(state, constants)
             if node < 0:
@@ -332,7 +340,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
             return Stop.CASCADE_LIMIT, EventKind.NOTHING, -1
         xi = x[node] + inputs[node] - displacement
         follow_at(state, node)
-        along, down = slip_move(y, tableau, node_friction, node, xi, curvature, rise, residual_shear)
+        along, down = slip_move(y, tableau, node_friction, node_strength, node, xi, curvature, rise, residual_shear)
         # NaN ends here as well.
         if not abs(along) < np.inf:
             return Stop.SLIP_UNBOUNDED, EventKind.NOTHING, -1
@@ -356,7 +364,14 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
     along, down = state.work[0], state.work[1]
     while True:
         worst, tension = worst_violation(
-            y[:n], y[n : 2 * n], state.active_friction, state.contact, tolerance, opposite, state.scalars.ahead
+            y[:n],
+            y[n : 2 * n],
+            state.active_friction,
+            state.node_strength,
+            state.contact,
+            tolerance,
+            opposite,
+            state.scalars.ahead,
         )
         if tension > tolerance:
             return Stop.DONE, EventKind.RELEASE, largest_tension(state, constants)
@@ -368,7 +383,8 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
             # All distances are found before any node moves, so that the order of nodes does not matter.
             along[i] = 0.0
             size = limited(y[i], opposite)
-            offends = size > tolerance and size + state.active_friction[i] * y[n + i] > tolerance
+            beyond = size + state.active_friction[i] * y[n + i] - state.node_strength[i]
+            offends = size > tolerance and beyond > tolerance
             if offends or i in (first, worst):  # the worst one may offend by the rounding of the search alone
                 xi = state.x[i] + state.inputs[i] - displacement
                 follow_at(state, i)
@@ -376,6 +392,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
                     y,
                     state.tableau,
                     state.node_friction,
+                    state.node_strength,
                     i,
                     xi,
                     constants.pin.curvature,
@@ -520,7 +537,7 @@ def _horizon(rise: Rise | None, state: KernelState, opposite: float) -> float:
 
 @compiled()
 def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, EventKind]:
-    """Step at which contact node i slips (limited shear = μ_i·pressure) or is released (pressure = 0)."""
+    """Step at which contact node i slips (limited shear = its limit) or is released (pressure = 0)."""
     n = len(state.x)
     pressure, pressure_rate = -state.response[n + i], -state.rate[n + i]
     # Below 0 by rounding: released where it is, not at a step back.
@@ -529,12 +546,12 @@ def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, 
     slip = np.inf
     if mu < np.inf:
         for sign in (1.0, opposite):
-            excess = sign * state.response[i] - mu * pressure
+            excess = sign * state.response[i] - mu * pressure - state.node_strength[i]
             excess_rate = sign * state.rate[i] - mu * pressure_rate
             # The factor 0 stands for shear against the drag that is not limited: it has no limit to reach.
             if excess_rate > 0.0 and sign != 0.0:
                 slip = min(slip, max(-excess, 0.0) / excess_rate)
-    # Both at once only if shear and pressure vanish together: then nothing is left to slip.
+    # Both at once: the node has nothing left that presses it to the pin, and goes with the shear that it bears.
     if release <= slip * (1.0 + 1e-12):
         return release, EventKind.RELEASE
     return slip, EventKind.SLIP

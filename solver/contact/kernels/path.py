@@ -91,10 +91,10 @@ def add_slips(total: NDArray[np.int64], node_slips: NDArray[np.int64]) -> int:
 STRETCHES = 24.0
 """The event floor counts in node spacings, or in this many stretches of the contact where those are shorter.
 
-A stretch is the displacement that would raise the friction force of a sticking contact from 0 to μ_i·W."""
+A stretch is the displacement that would raise the friction force of a sticking contact from 0 to the sum of all limits."""
 
 OVERSHOOT = 1e-4
-"""Shear that may exceed its limit before an event, summed over all nodes, as a share of μ_i·W."""
+"""Shear that may exceed its limit before an event, summed over all nodes, as a share of all limits together."""
 
 
 @compiled(inline="always")
@@ -104,8 +104,8 @@ def step_blur(constants: SlipConstants, stiffness: float) -> float:
 
 
 @compiled(inline="always")
-def smallest_step(constants: SlipConstants, stiffness: float, displacement: float) -> float:
-    """The event floor as a length, at δ_p = displacement.
+def smallest_step(constants: SlipConstants, limits: float, stiffness: float, displacement: float) -> float:
+    """The event floor as a length, at δ_p = displacement. limits: of all nodes together.
 
     It is in stretches of the contact if these are shorter than a node spacing (not in the paper's case), and large enough to
     change a force beyond its tolerance and δ_p beyond rounding. stiffness: change of shear and its limits per displacement.
@@ -115,14 +115,14 @@ def smallest_step(constants: SlipConstants, stiffness: float, displacement: floa
     # Without friction or sticking nodes (or with a NaN) no force gives a length.
     if not stiffness > 0.0:
         return float(max(constants.event_floor * constants.spacing, least))
-    unit = min(constants.spacing, STRETCHES * constants.friction_bound / stiffness)
+    unit = min(constants.spacing, STRETCHES * limits / stiffness)
     return float(max(constants.event_floor * unit, step_blur(constants, stiffness), least))
 
 
 @compiled(inline="always")
-def overshot(constants: SlipConstants, overshoot: float, nodes: int) -> bool:
-    """True if shear exceeds its limits by too much, summed over all nodes, or is not a number."""
-    return not overshoot <= OVERSHOOT * constants.friction_bound + nodes * constants.tolerance
+def overshot(constants: SlipConstants, limits: float, overshoot: float, nodes: int) -> bool:
+    """True if shear exceeds its limits by too much, summed over all nodes, or is not a number. limits: of all nodes together."""
+    return not overshoot <= OVERSHOOT * limits + nodes * constants.tolerance
 
 
 CHECK_EVENTS = 64
@@ -143,6 +143,15 @@ def _is_due(state: KernelState, event: int) -> bool:
 
 
 @compiled(inline="always")
+def limits_together(state: KernelState, constants: SlipConstants) -> float:
+    """Limits of shear of all nodes in contact, summed: μ_i·W, as all of the load is theirs, and their strengths."""
+    total = constants.friction_bound
+    for i in range(len(state.x)):
+        total += state.node_strength[i] if state.contact[i] else 0.0
+    return total
+
+
+@compiled(inline="always")
 def stretching(state: KernelState) -> float:
     """Change of shear and its limits per unit step along the path, summed over all nodes."""
     n, stiffness = len(state.x), 0.0
@@ -154,10 +163,11 @@ def stretching(state: KernelState) -> float:
 
 @compiled(inline="always")
 def overshoot(state: KernelState, opposite: float) -> float:
-    """Excess of limited shear over μ_i·pressure, summed over all nodes."""
+    """Excess of limited shear over its limits, summed over all nodes."""
     n, total = len(state.x), 0.0
     for i in range(n):
-        excess = limited(state.response[i], opposite) + state.active_friction[i] * state.response[n + i]
+        borne = state.node_strength[i] - state.active_friction[i] * state.response[n + i]
+        excess = limited(state.response[i], opposite) - borne
         total += excess if excess > 0.0 else 0.0
     return total
 
@@ -168,12 +178,13 @@ def _floor(state: KernelState, constants: SlipConstants, stiffness: float) -> fl
 
     stiffness: as from `stretching`.
     """
+    limits = limits_together(state, constants)
     # A moving pin has lengths to count in, a growing load has not.
     if state.scalars.pin_rate != 0.0:
-        return float(smallest_step(constants, stiffness, abs(state.scalars.displacement)))
+        return float(smallest_step(constants, limits, stiffness, abs(state.scalars.displacement)))
     if not stiffness > 0.0:
         return constants.load_floor
-    most = max(0.5 * OVERSHOOT * constants.friction_bound, 0.1 * constants.tolerance)
+    most = max(0.5 * OVERSHOOT * limits, 0.1 * constants.tolerance)
     return float(min(constants.load_floor, most / stiffness))
 
 
@@ -256,7 +267,8 @@ def answer_event(state: KernelState, constants: KernelConstants, kind: EventKind
     """The cascade of one event; DONE, or why the event means nothing."""
     start_event(state.scalars, state.node_slips)
     # Before the cascade, which would hide that the step went too far.
-    if overshot(constants.slip, overshoot(state, constants.slip.opposite), len(state.x)):
+    limits, beyond = limits_together(state, constants.slip), overshoot(state, constants.slip.opposite)
+    if overshot(constants.slip, limits, beyond, len(state.x)):
         return Stop.OVERSHOT
     last = 2 * len(state.x)
     approach = state.response[last]

@@ -138,6 +138,8 @@ class KernelState(NamedTuple):
     """(n,) μ_i per node; infinite where a node never slips."""
     active_friction: Floats
     """(n,) μ_i where a node is in contact and may slip; NaN elsewhere."""
+    node_strength: Floats
+    """(n,) shear that each node bears without pressure: its limit is this plus μ_i times its normal force."""
     node_slips: NDArray[np.int64]
     """(n,) slips of each node in the current event."""
     work: Floats
@@ -350,6 +352,7 @@ def slip_move(
     y: Floats,
     tableau: Floats,
     node_friction: Floats,
+    node_strength: Floats,
     i: int,
     xi: float,
     curvature: float,
@@ -358,12 +361,13 @@ def slip_move(
 ) -> tuple[float, float]:
     """Distances that node i slips along and down the pin, the others held; infinite if no distance lowers its shear enough.
 
-    On a smooth pin the shear that exceeds residual_shear·μ_i·pressure is quadratic in the distance, as the pin's height is.
+    On a smooth pin the shear that exceeds residual_shear of the limit is quadratic in the distance, as the pin's height is.
     """
     n = len(node_friction)
     # The normal entry is -pressure: excess is the shear beyond what the slip leaves, both along its sign.
-    share = residual_shear * node_friction[i] * (1.0 if y[i] > 0.0 else -1.0)
-    excess = y[i] + share * y[n + i]
+    left = residual_shear * (1.0 if y[i] > 0.0 else -1.0)
+    share = left * node_friction[i]
+    excess = y[i] + share * y[n + i] - left * node_strength[i]
     along = tableau[i, i] + share * tableau[i, n + i]
     down = tableau[n + i, i] + share * tableau[n + i, n + i]
     if rise is not None:

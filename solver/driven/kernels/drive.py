@@ -12,6 +12,7 @@ from nanoslip.solver.contact.kernels.path import (
     CHECK_EVENTS,
     answer_event,
     left_window,
+    limits_together,
     smallest_step,
     step_blur,
     stretching,
@@ -76,7 +77,8 @@ def _ahead(state: KernelState, constants: KernelConstants, origin: float) -> Ahe
     stiffness = stretching(state)
     step, kind, node = next_event(state, constants, step_blur(constants.slip, stiffness))
     # As in `follow_path`: events nearer than the floor are answered at the floor.
-    least = smallest_step(constants.slip, stiffness, abs(scalars.displacement))
+    limits = limits_together(state, constants.slip)
+    least = smallest_step(constants.slip, limits, stiffness, abs(scalars.displacement))
     position = scalars.displacement + scalars.pin_rate * max(step, least) - origin
     return Ahead(position, kind, node, total_shear(state.contact, state.rate) * scalars.pin_rate)
 

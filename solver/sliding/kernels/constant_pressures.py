@@ -59,7 +59,9 @@ class TangentialState(NamedTuple):
     rate: Floats
     """(m,) shear per unit step along the path."""
     shear_limit: Floats
-    """(m,) μ_i N; infinite if a node never slips."""
+    """(m,) τ_0·area + μ_i N; infinite if a node never slips."""
+    limits: float
+    """The sum of all limits; infinite if nodes never slip."""
     weights: Floats
     """(m,) 1/shear_limit, with the tolerance as smallest limit."""
     nodes: NDArray[np.int32]
@@ -83,7 +85,7 @@ def refresh_shear(state: TangentialState) -> None:
 def _worst_violation(
     shear: Floats, shear_limit: Floats, weights: Floats, tolerance: float, opposite: float, ahead: int
 ) -> int:
-    """The offender with the largest limited shear over μ_i·N, of ties the one further ahead, or -1; without a branch, as in
+    """The offender with the largest limited shear over its limit, of ties the one further ahead, or -1; without a branch, as in
     `nanoslip.solver.contact.kernels.events.worst_violation`."""
     cut, shifted, turned = 0, 0, reversing_bits(ahead)
     for i in range(len(shear)):
@@ -97,7 +99,7 @@ def _worst_violation(
 
 @compiled(inline="always")
 def _distance(shear: Floats, tableau: Floats, shear_limit: Floats, residual_shear: float, i: int) -> float:
-    """Distance that node i slips, the others held, until residual_shear·μ_i·N is left of its shear."""
+    """Distance that node i slips, the others held, until residual_shear of its limit is left of its shear."""
     left = residual_shear * shear_limit[i]
     return float(((left if shear[i] > 0.0 else -left) - shear[i]) / tableau[i, i])
 
@@ -221,7 +223,7 @@ def slide_tangentially(
     stiffness = state.rate.sum() * scalars.pin_rate
     for e in range(first, len(events.displacement)):
         step, node = _next_slip(state, constants.opposite, step_blur(constants, stiffness))
-        step = max(step, smallest_step(constants, stiffness, abs(scalars.displacement)))
+        step = max(step, smallest_step(constants, state.limits, stiffness, abs(scalars.displacement)))
         left = (until - scalars.displacement) * scalars.pin_rate
         if node < 0 and left == np.inf:
             return Stop.NO_EVENT, e
@@ -243,7 +245,7 @@ def slide_tangentially(
 def _answer_event(state: TangentialState, constants: SlipConstants, node: int) -> Stop:
     """The slips of one event; DONE, or why the event means nothing."""
     start_event(state.scalars, state.node_slips)
-    if overshot(constants, _overshoot(state, constants.opposite), len(state.u)):
+    if overshot(constants, state.limits, _overshoot(state, constants.opposite), len(state.u)):
         return Stop.OVERSHOT
     return _slip_offenders(state, constants, node, constants.simultaneous)
 
