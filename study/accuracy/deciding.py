@@ -1,7 +1,7 @@
 """Influences on a number beside its starts: the spacing of the nodes that slip, and the stress that a slip drops.
 
-The case is computed again on half and twice the node spacing. Where slips drop no stress, all nodes slide at μ_i times their
-pressure, and F is μ_i·W: that needs no computation.
+The case is computed again on half and twice the node spacing. Where slips drop no stress, all nodes slide at their limits, and F
+is μ_i·W and what a strength adds: that needs no computation.
 """
 
 import math
@@ -17,6 +17,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.ensemble import FEWEST, Ensemble
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.parameter import Quantity
+from nanoslip.solver.sliding.validity import sliding_friction
 from nanoslip.solver.view import with_error
 from nanoslip.study.accuracy.effects import Done, compute_tasks, scalar_key, scene_tasks
 from nanoslip.study.dataset.variables import DRIVE, alike_starts, by_name, factors, mean_in_dataset
@@ -34,7 +35,7 @@ FOLDER: Final = "spacings"
 MAIN: Final = ("contact_half_width", "plateau_mean")
 """Main number of a case that does not slide, and of one that does."""
 OF_FRICTION: Final = ("plateau_mean", "static_friction", "kinetic_friction")
-"""Numbers that are μ_i if slips drop no stress, but for what inertia and damper add."""
+"""Numbers that are μ_i (and what a strength adds) if slips drop no stress, but for what inertia and damper add."""
 _WITHOUT_DROP: Final = {"critical_velocity": 0.0}
 """Other numbers if slips drop no stress: a constant friction force does not let a pin stick again."""
 SECONDS: Final = 5.0
@@ -77,6 +78,8 @@ class Deciding(NamedTuple):
     """The finer one, then the coarser one; a side without a grid that the scheme takes is not there."""
     without_drop: float
     """The number if slips drop no stress, 0 of a critical velocity; NaN of others, and where that is the case itself."""
+    strength: float
+    """Share of friction without pressure in `sliding_friction`, of a number of friction; 0 without a strength."""
 
     @property
     def computed(self) -> list[Spacing]:
@@ -104,10 +107,12 @@ def deciding(
     search = _Search(manifest, case, variable, most, drive, Store(out / FOLDER) if out else None, announce)
     coarser = search.best(FACTORS["coarser"])  # the cheap one tells what the other takes
     spacings = (search.best(FACTORS["finer"]), coarser)
-    friction, without_drop = case.case.intrinsic_friction, math.nan
+    friction, without_drop = sliding_friction(case.case), math.nan
     if case.case.slip_rule.residual_shear < 1.0 and math.isfinite(friction):
         without_drop = friction if variable in OF_FRICTION else _WITHOUT_DROP.get(variable, math.nan)
-    return Deciding(variable, tuple(each for each in spacings if each), without_drop)
+    strong = variable in OF_FRICTION and case.case.slip_rule.strength > 0.0
+    strength = 1.0 - case.case.intrinsic_friction / friction if strong else 0.0
+    return Deciding(variable, tuple(each for each in spacings if each), without_drop, strength)
 
 
 def numbers_of_tasks() -> frozenset[str]:

@@ -73,9 +73,16 @@ def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
     remarks = ["± by starts alone"] if any(0.0 < each < math.inf for each in known) else []
     remarks += filter(None, [without_error(case, names)])
     by = f" ({'; '.join(remarks)})" if remarks else ""
+    # F/W alone says nothing of another load, where part of the friction needs no pressure.
+    if of.case and of.case.slip_rule.strength > 0.0 and math.isfinite(float(case.get(STRESS, math.nan))):
+        by += f"; {summary.with_meaning(case, STRESS)}"
     flags = ", ".join(flag.name for flag in flags_in(int(case.get(VALIDITY.name, 0))))
     cautions = [*summary.failures_of(case), *([f"flagged {flags}"] if flags else [])]
     return "; ".join([f"{answer}{by}", *cautions, *deciding_words(found, named), *_defaults(case, manifest, of, given)])
+
+
+STRESS: Final = "plateau_stress"
+"""Friction over the true contact area."""
 
 
 def name_of(variable: str) -> str:
@@ -202,3 +209,6 @@ def _beside(case: xr.Dataset, found: Deciding, value: float) -> Iterator[summary
         own = value - (float(case.get("static_friction_excess", 0.0)) if found.variable == "static_friction" else 0.0)
         cure = "residual_shear from 0 to 1: nanoslip fit finds it from measured friction"
         yield summary.Error("slips that drop no stress", abs(found.without_drop / own - 1.0), cure)
+    if found.strength > 0.0:
+        cure = "measure friction under several loads: F/W that falls with the load is the strength's"
+        yield summary.Error("the strength without pressure", found.strength, cure)

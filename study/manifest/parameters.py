@@ -193,7 +193,7 @@ class Alike:
 #
 # Those of a case are multiples of the campaign's scales; drives and scales are in SI.
 
-UNITS: Final = {"slab_width": "m", "force": "N"}
+UNITS: Final = {"slab_width": "m", "force": "N", "shear_modulus": "Pa"}
 """Scale of a case's parameter, as a field or property of `Scales` -> its unit."""
 YOUNG: Final = "young_modulus"
 """Key of [scales] that replaces `shear_modulus`, with the campaign's Poisson's ratio."""
@@ -260,6 +260,8 @@ def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequenc
     said = [f"L_x = {compact(scales.slab_width, 'm')}"]
     for name in (name for name in stated if stated[name].scale in UNITS and stated[name].symbol and name not in idle):
         sizes = [float(value) * getattr(scales, stated[name].scale) for value in given[name]]
+        if not any(sizes):
+            continue  # as a strength that nobody asked for
         said.append(f"{stated[name].symbol.partition('/')[0]} = {span(sizes, UNITS[stated[name].scale])}")
     apart = [scales.slab_width / (int(n_x) - 1) for n_x in given["n_x"]]
     said += [f"L_y = {compact(scales.slab_depth, 'm')}", f"G = {compact(scales.shear_modulus, 'Pa')}"]

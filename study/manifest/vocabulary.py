@@ -12,6 +12,7 @@ MEANT: Final[Mapping[str, str]] = {
     "radius": "pin_radius ball_radius tip_radius ball tip curvature",
     "normal_load": "load force normal_force weight line_load w f_n fn",
     "intrinsic_friction": "local_friction",
+    "strength": "shear_strength interfacial_shear_strength interface_strength cohesion tau tau_0 tau0",
     "poisson": "poissons_ratio poisson_ratio poisson_s_ratio nu",
     "n_x": "nodes n nodes_x mesh elements resolution",
     "stage_velocity": "speed velocity sliding_speed sliding_velocity drive_velocity v",

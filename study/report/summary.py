@@ -185,6 +185,13 @@ def _size(case: xr.Dataset, name: str) -> str:
     return f"{meaning} {si}, " if si else ""
 
 
+def with_meaning(case: xr.Dataset, name: str) -> str:
+    """A number with its meaning, in SI if its dataset has scales: `F over the contact area 0.41 ± 0.01 MPa`."""
+    meaning, unit = _meaning_and_unit(case[name])
+    si = _in_si(case, name, unit, case.get(f"{name}{UNCERTAINTY}"))
+    return f"{meaning} {si or f'{_text(case, name, 4)} {unit}'}"
+
+
 def answered(case: xr.Dataset) -> dict[str, str]:
     """Variables that answer for one case, and their values as text, the first one first."""
     names = [name for name in _ANSWER if name in case and not case[name].dims]
