@@ -44,6 +44,7 @@ SMALLER: Mapping[str, str] = {
     "figures/modulation": "axes = {normal_load = [2.5e-4, 1e-3], start = [0.0, 0.5]}\nnumerics.n_x = 33",
     "figures/continuum": "axes.n_x = [17, 33, 65]",
     "figures/layers": "numerics.n_x = 33\nensemble.members = 3",
+    "figures/strength": "numerics.n_x = 17\nlimits.presliding = 4\nensemble.members = 2",
     "figures/chain": "numerics.n_x = 33\nlimits.events = 700\nensemble.members = 1",
     "interface/preparation": "axes = {initial_contact = ['stick', 'frictionless'], spread = [0.0, 0.1], contacts = [1, 4, 16]}\n"
     "numerics.n_x = 33\nlimits.presliding = 4.0\nensemble.members = 3",

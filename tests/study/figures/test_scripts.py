@@ -41,6 +41,7 @@ from scipy import stats
 from shear import over_mean_of_ends
 from slider import drop_of, load_of as load_of_slider
 from stick_slip import claims as claims_of_regimes, critical_velocity
+from strength import fit_of, series_of
 from tiles import codes, counted, regime_legend, regime_tiles
 
 import nanoslip
@@ -519,6 +520,30 @@ def test_plateaus_hardly_depend_on_the_layer_and_stiffness_falls_with_its_height
         assert np.all((thicker > 0.5) & (thicker < 0.65))  # of 13 nodes; 0.507 to 0.538 at n_x = 129
         assert np.all(np.diff(stiffness) < 0.0)
         assert stiffness[0] == pytest.approx(20.0, rel=0.2)  # 2a/L_z of a thin film that is sheared alone
+
+
+def test_a_fit_finds_both_parts_of_a_limit_and_states_that_they_are_hard_to_tell_apart() -> None:
+    load = np.array([1.0, 2.0, 4.0, 8.0, 16.0])
+    area = load ** (2 / 3)
+    exact = 0.55 * (0.3 * area + 0.2 * load)
+    fit = fit_of(area, load, exact, 0.03 * exact, 0.55)
+    assert (fit.strength, fit.friction) == pytest.approx((0.3, 0.2), rel=1e-9)
+    # Made-up measurements with that scatter lie around it as the fit's ± and correlation state.
+    rng = np.random.default_rng(1)
+    found = [fit_of(area, load, exact * (1 + 0.03 * rng.standard_normal(5)), 0.03 * exact, 0.55) for _ in range(4000)]
+    both = np.array([(each.strength, each.friction) for each in found])
+    assert both.std(axis=0) == pytest.approx((fit.strength_error, fit.friction_error), rel=0.05)
+    assert float(np.corrcoef(both.T)[0, 1]) == pytest.approx(fit.correlation, abs=0.02)
+    assert fit.correlation < -0.9
+
+
+@pytest.mark.slow
+def test_friction_of_a_ball_is_as_its_load_or_as_its_area_or_between_them() -> None:
+    powers = [
+        float(np.polyfit(np.log(each.load), np.log(each.force), 1)[0]) for each in series_of(small("figures/strength"))
+    ]
+    # On 17 nodes a contact of 15 to 90 nodes; 0.993, 0.815 and 0.662 on 33.
+    assert powers == pytest.approx([1.0, 0.815, 2 / 3], abs=0.05)
 
 
 # Many contacts.
