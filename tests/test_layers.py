@@ -33,7 +33,7 @@ ORDER = {
     "nanoslip.solver.driven.kernels": "drive",
     "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance processor origin "
     "measured manifest plan results dataset run figures inference report accuracy api commands",
-    "nanoslip.study.measured": "units columns recording slips means cycles loops trace",
+    "nanoslip.study.measured": "units columns recording slips means cycles loops over_load trace",
     "nanoslip.study.manifest": "parameters vocabulary problems surface checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost plan expectations",
     "nanoslip.study.results": "files entry attempts store",

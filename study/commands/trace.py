@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import xarray as xr
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import InvalidInput, quoted
 from nanoslip.solver.view import with_error
 from nanoslip.study.commands.datasets import assignments, dataset_of, reason_of
@@ -19,6 +20,7 @@ from nanoslip.study.dataset.table import one_case
 from nanoslip.study.figures import shared
 from nanoslip.study.manifest.parameters import as_written
 from nanoslip.study.measured.columns import file_text
+from nanoslip.study.measured.over_load import has_changing_load
 from nanoslip.study.measured.recording import Trace, TraceOptions, TraceSource, read_trace
 from nanoslip.study.measured.trace import TraceFlag, TraceNumbers, measure_trace
 from nanoslip.study.report.console import Table, note, print_sentences, print_table, whole
@@ -37,11 +39,16 @@ TRACE_SYMBOLS: Final = {
     "turn_friction": "F at turns",
     "contact_stiffness": "K",
     "energy_ratio": "E/4Fδ",
+    "friction_slope": "dF/dW",
+    "friction_intercept": "F at W = 0",
+    "load_correlation": "r",
 }
 """Symbols of the numbers of a trace."""
 SENTENCES: Final = {
     "strokes": "forces of both signs are {strokes} strokes, cut where the sign changes: friction is half their difference, the "
     "offset half their sum, ± over strokes",
+    "load_changes": "the normal load changes from {low:.3g} to {high:.3g} N, so friction is a line over it; parts at rest "
+    "are left out, ± is over eighths of the trace",
     "strokes_drift": "the force of all strokes drifts by {rate:.2g}{unit} each {over}: subtracted",
     "few_strokes_drift": "the force of both strokes drifts by {rate:.2g}{unit} each {over}: subtracted; in two strokes "
     "friction that changes along the way looks the same, in three it does not",
@@ -113,7 +120,8 @@ class TraceReading(NamedTuple):
         offset = in_unit_of("offset", self.offset, trace.unit)
         drift = in_unit_of("drift", self.drift, f"N {unit}-1")
         trace = trace.without(*(0.0 if math.isnan(value) else value for value in (offset, drift)))
-        trace = trace.per_load() if math.isnan(load) else trace
+        if math.isnan(load) and not (trace.unit == "N" and trace.load is not None and has_changing_load(trace.load)):
+            trace = trace.per_load()
         return (trace if math.isnan(velocity) else trace.at_velocity(velocity)), load, velocity
 
     def numbers(self, file: Path) -> tuple[Trace, float, TraceNumbers]:
@@ -212,6 +220,8 @@ def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr
 
     Forces of both signs are drawn less offset and drift, with their strokes shaded and lines of both signs.
     """
+    if "friction_slope" in found.numbers and trace.load is not None:
+        return _draw_over_load(trace, np.abs(trace.load), found, form)
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     label = "F/W" if trace.unit == "1" or math.isfinite(load) else "force (N)"
     force = trace.force / per - found.offset - found.drift * (trace.at - trace.at[0])
@@ -246,6 +256,19 @@ def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr
             panels[1].set(xlabel="position (µm)", ylabel=_less(label, found))
         along = "time (s)" if trace.over == "time" else "displacement (m)"
         panels[0 if found.loops is not None and not middle else -1].set_xlabel(along)
+        shared.legend(figure)
+        return shared.image(figure, form)
+
+
+def _draw_over_load(trace: Trace, load: Floats, found: TraceNumbers, form: str) -> bytes:
+    """Friction over normal load with its line."""
+    slope, intercept = (found.numbers[name].value for name in ("friction_slope", "friction_intercept"))
+    ends = np.array([0.0, float(load.max())])
+    with shared.column(2.8, shared.PAGE) as figure:
+        axes = figure.subplots()
+        axes.plot(load, trace.force, ".", markersize=2.0, color=shared.COLORS[5], label="measured")
+        axes.plot(ends, intercept + slope * ends, color=shared.COLORS[1], label=f"{intercept:.3g} N + {slope:.3g} W")
+        axes.set(xlabel="normal load W (N)", ylabel="force (N)")
         shared.legend(figure)
         return shared.image(figure, form)
 

@@ -27,6 +27,7 @@ from nanoslip.study.measured.means import (
     mean_with_error,
     steady_mean,
 )
+from nanoslip.study.measured.over_load import friction_over_load, has_changing_load
 from nanoslip.study.measured.recording import FEWEST_POINTS, NOISE, Limits, Trace, limits, two_way
 from nanoslip.study.measured.slips import (
     Averaged,
@@ -113,11 +114,24 @@ def measure_trace(
     if trace.unit == "Pa":
         need = "the column of the normal stress, whose ratio is the friction coefficient; or times the area of contact, as N"
         raise InvalidInput(f"force = a shear stress: needs {need}")
+    if trace.unit == "N" and math.isnan(load) and trace.load is not None and has_changing_load(trace.load):
+        return _over_load(trace, trace.load)
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     newtons = load if math.isfinite(load) else 1.0
     pull = _Pull("1" if math.isfinite(load) else trace.unit, newtons, load, velocity, damping, rig)
     trace = replace(trace, force=trace.force / per)
     return _of_strokes(trace, pull) if two_way(trace.force) else _of_pull(trace, pull)
+
+
+def _over_load(trace: Trace, load: Floats) -> TraceNumbers:
+    """Friction over a load that changes. Raises InvalidInput of strokes of both signs, which need a load of their own each."""
+    low, high = float(np.abs(load).min()), float(np.abs(load).max())
+    if two_way(trace.force):
+        raise InvalidInput(
+            f"normal load = {low:.4g} to {high:.4g} N: needs one load for strokes of both signs; --from, --to"
+        )
+    flag = TraceFlag("load_changes", {"low": low, "high": high})
+    return TraceNumbers(friction_over_load(load, trace.force), (), (flag,))
 
 
 def _of_strokes(trace: Trace, pull: _Pull) -> TraceNumbers:
