@@ -30,11 +30,12 @@ BLAS_LIBRARIES: Final = (*provenance.LIBRARIES, "mpi4py")
 _DECIDING: Final = ("sse", "ssse", "avx", "fma", "amx", "asimd", "sve", "vsx")
 """Prefixes of processor features that can change a last bit: kernels and libraries choose their code by them."""
 
-NUMBA: Final = (
+SETTINGS: Final = (
+    "OPENBLAS_L2_SIZE",
     *("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX", "NUMBA_DISABLE_JIT"),
     *("NUMBA_OPT", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE"),
 )
-"""Environment variables that change the code that numba makes of the same source."""
+"""Environment variables that change the code that numba makes of the same source, or the blocks of OpenBLAS."""
 
 
 def this_machine() -> dict[str, Any]:
@@ -56,9 +57,9 @@ def model() -> str:
 
 
 def features() -> str:
-    """Features of the processor that change bits, from Linux, elsewhere the architecture; and numba's environment variables."""
+    """Features of the processor that change bits, from Linux, elsewhere the architecture; and SETTINGS."""
     own = sorted(word for word in processor.instructions() if word.startswith(_DECIDING)) or [platform.machine()]
-    return " ".join((*own, *(f"{name}={os.environ[name]}" for name in NUMBA if os.environ.get(name))))
+    return " ".join((*own, *(f"{name}={os.environ[name]}" for name in SETTINGS if os.environ.get(name))))
 
 
 def blas() -> str:
@@ -141,8 +142,14 @@ class Origin:
 
     @property
     def arithmetic(self) -> str:
-        """Properties that change last bits for the same software."""
-        return f"{self.blas}, on {self.processor_features}"
+        """Properties that change last bits for the same software.
+
+        With one kernel of BLAS all processors with AVX2 and FMA compute the same bits: more instructions change none.
+        """
+        features = self.processor_features.split()
+        if {"avx2", "fma"} <= set(features):
+            features = ["avx2", "fma", *(each for each in features if "=" in each)]
+        return f"{self.blas}, on {' '.join(features)}"
 
     def same_bits(self, other: "Origin") -> bool:
         """True if both compute the same to the last bit."""

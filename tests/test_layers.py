@@ -37,7 +37,7 @@ ORDER = {
     "nanoslip.study.manifest": "parameters vocabulary problems surface checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost plan expectations",
     "nanoslip.study.results": "files entry attempts store",
-    "nanoslip.study.dataset": "texts variables content file collect table access join compare verify",
+    "nanoslip.study.dataset": "texts variables content file collect table access join agreement compare verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm compute warm_up executor batch campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
@@ -196,19 +196,20 @@ APART = {
         commands.infer commands.infer.read_numbers commands.infer.read_ranges figures.frames.events_of figures.points._values
         figures.points.points_named figures.shared.format_of measured.recording._words measured.units._in_symbols
         manifest.vocabulary.beyond manifest.vocabulary.key_meant results.files.Shard.parse run.batch.seconds_of""",
-    "files of users": """measured.columns measured.columns._cells measured.columns._labels measured.columns.read_cells
-        measured.columns.read_columns manifest.surface""",
+    "files of users": """measured.columns measured.columns._cells measured.columns._labels measured.columns._title
+        measured.columns.read_cells measured.columns.read_columns manifest.surface""",
     "files of this program, their names and hashes": """dataset.file dataset.table.listed dataset.texts dataset.texts.decode_texts
         dataset.texts.encode_texts manifest.checker.NamedFiles._read results.entry results.entry.later
         results.files results.files.read_lines results.store run.journal.left_begun toml_text._key""",
     "names and symbols": """dataset.variables.in_si_too solver.compiling solver.view.labelled figures.gallery._number
         figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
         manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.expectations._named
-        plan.task._parameters run.child._other_software""",
+        plan.task._parameters run.child._other_software dataset.verify.Recomputed._scale""",
     "digits of a number": "figures.points.in_text solver.view.rounded",
     "lines and words of a text that is shown": """notices.print_notice solver.outcome.Outcome.__post_init__ report.console
         report.console.print_error commands.judge.describe_variables report.page.themed run.child.ChildProcess.last_words""",
-    "what the machine lists": """origin._mpi processor.description processor.instructions results.files._is_zombie
+    "what the machine lists": """origin._mpi origin.Origin.arithmetic processor.description processor.instructions
+        results.files._is_zombie
         run.child.deaths_for_memory run.launch.processes_here run.farm._library commands.prepare._submit""",
 }
 """Texts that the package takes apart -> where. No sentence is among them, of its own or of a library: facts travel as values."""

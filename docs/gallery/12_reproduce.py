@@ -44,8 +44,8 @@ plt.ylabel("μ_k")
 plt.legend()
 
 # %%
-# **What it means.** *bit-identical*: the same software on a similar processor. *within tolerance*: another
-# processor or library changed last digits. *different*: the exit code is 1. Another n_x is another surface, so
-# ``compare`` finds differences beyond ±.
+# **What it means.** *bit-identical*: the same software, on any processor with AVX2. *within rounding*: an older
+# processor or another library changed last digits; *within uncertainties*: these turned a record. *different*: the
+# exit code is 1. Another n_x is another surface, so ``compare`` finds differences beyond ±.
 #
 # **What it costs.** As much as computing the dataset; ``--sample 20`` takes twenty cases.

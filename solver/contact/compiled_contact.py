@@ -317,6 +317,10 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
     return status if equilibrium_residual(state) <= 10.0 * RESIDUAL_LIMIT else Stop.INACCURATE
 
 
+LOAD_FLOOR = 1e-9
+"""Smallest step of a load that rises, as a share of it."""
+
+
 def slip_constants(case: Case) -> SlipConstants:
     """The constants of slips and steps; tolerances are relative to the load."""
     rule = case.slip_rule
@@ -325,7 +329,7 @@ def slip_constants(case: Case) -> SlipConstants:
         simultaneous=rule.slip_order == "simultaneous" or None,
         opposite=-1.0 if rule.limited_shear == "both_ways" else 0.0,
         event_floor=rule.event_floor,
-        load_floor=1e-9 * case.normal_load,
+        load_floor=LOAD_FLOOR * case.normal_load,
         spacing=case.slab.spacing,
         friction_bound=case.intrinsic_friction * case.normal_load,
         cascade_limit=rule.cascade_limit,

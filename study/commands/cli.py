@@ -530,7 +530,8 @@ def compare() -> None:
 
     Each is a dataset (results.nc), its folder, or a campaign. Cases with equal values of all varying parameters are compared; an
     ensemble is one case. Numbers with an uncertainty agree within 2 combined standard deviations, texts if they are equal.
-    Other numbers are listed if they differ, not judged. Cases of only one dataset are counted.
+    Other numbers are listed if they differ, and records, paths and trajectories counted; they are not judged, as they state no
+    uncertainty. Cases of only one dataset are counted.
 
     Exit codes: 0 same or within uncertainties; 1 a difference beyond them; 2 nothing to compare.
 
@@ -544,9 +545,10 @@ def compare() -> None:
 def verify() -> None:
     """Compute DATASET again from the file alone, and compare.
 
-    DATASET is a file results.nc, or the folder it is in. Each case is bit-identical, within tolerance, or different.
+    DATASET is a file results.nc, or the folder it is in. Each case is bit-identical, within rounding, within uncertainties, or
+    different. Only if DATASET was computed with another arithmetic or software may a record differ within its uncertainties.
 
-    Exit codes: 0 all identical or within tolerance; 1 a case is different; 2 DATASET cannot be computed again.
+    Exit codes: 0 no case is different; 1 a case is different; 2 DATASET cannot be computed again.
     """
 
 

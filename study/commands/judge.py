@@ -3,7 +3,7 @@
 import math
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,7 +19,7 @@ from nanoslip.study.commands.plans import planned, plural, print_json, refusals,
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import compare, file, verify as verification
 from nanoslip.study.dataset.access import columns_of
-from nanoslip.study.dataset.compare import Verdict
+from nanoslip.study.dataset.agreement import Verdict
 from nanoslip.study.dataset.variables import OUTCOMES, describe, rows, variable_text, word_of
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
@@ -98,11 +98,12 @@ def export_dataset(campaign: Path, out: Path | None, form: str | None, table: st
 
 WORST: Final = 12
 """The most differences that are shown."""
-_SEVERITY: Final = (Verdict.DIFFERENT, None, Verdict.WITHIN)
 _WORDS: Final = {
     Verdict.IDENTICAL: "identical",
+    Verdict.ROUNDING: "within rounding",
     Verdict.WITHIN: f"within uncertainties ({compare.STANDARD_DEVIATIONS:g} combined standard deviations)",
     Verdict.DIFFERENT: "beyond",
+    Verdict.NOT_JUDGED: "of unknown uncertainty",
 }
 
 
@@ -123,10 +124,13 @@ def compare_datasets(first: Path, second: Path) -> None:
         seen = [each for kind in kinds for each in compare.observed(found[kind])]
         for kind in kinds:
             _print_rows("drives of cases" if kind else "cases", found[kind], compare.unjudged(found[kind]))
+        for kind in kinds:
+            _print_runs(compare.compared_runs(found[kind]))
     _print_worst(seen)
     counts = Counter(each.verdict for each in seen)
-    unknown = f", {counts[None]} of unknown uncertainty" if counts[None] else ""
-    note("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in Verdict) + unknown)
+    always = (Verdict.IDENTICAL, Verdict.WITHIN, Verdict.DIFFERENT)
+    shown = (verdict for verdict in _WORDS if counts[verdict] or verdict in always)
+    note("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in shown))
     sys.exit(CRASHED if counts[Verdict.DIFFERENT] else 0)
 
 
@@ -144,10 +148,16 @@ def _print_rows(what: str, found: compare.Matched, others: tuple[Sequence[str], 
         note(f"not judged, as they state no uncertainty: {count} other numbers differ ({named})")
 
 
+def _print_runs(found: Mapping[str, tuple[int, int]]) -> None:
+    """Print how many runs of shared cases or drives are the same: records, paths, trajectories, members."""
+    for name, (same, others) in found.items():
+        note(f"{name}: {same} of {same + others} equal to rounding, not judged")
+
+
 def _print_worst(seen: Sequence[compare.Observed]) -> None:
     """Print the largest differences, those beyond their uncertainties first."""
     apart = [each for each in seen if each.verdict is not Verdict.IDENTICAL]
-    worst = sorted(apart, key=lambda each: (_SEVERITY.index(each.verdict), -each.apart))[:WORST]
+    worst = sorted(apart, key=lambda each: (-each.verdict, -each.apart))[:WORST]
     if worst:
         header = ("observable", "A", "B", "verdict", "apart/σ", "case")
         print_table(Table(header, tuple(map(_row, worst)), labels=5))
@@ -160,7 +170,7 @@ def _row(each: compare.Observed) -> tuple[str, ...]:
     here, there = (worded(value) if isinstance(value, dict) else f"{value:.6g}" for value in each.values)
     if here == there and isinstance(each.values[0], dict):  # what differs is behind the most frequent word
         here, there = (worded(value, math.inf) for value in each.values)
-    verdict = {Verdict.DIFFERENT: "beyond", Verdict.WITHIN: "within"}.get(each.verdict, "not known")  # type: ignore[arg-type]
+    verdict = {Verdict.DIFFERENT: "beyond", Verdict.NOT_JUDGED: "not known"}.get(each.verdict, "within")
     apart = "–" if math.isnan(each.apart) else f"{each.apart:.2g}"
     return each.name, here, there, verdict, apart, label_text(each.label)
 
@@ -187,7 +197,7 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
         if not code:
             shared, *findings = verification.verify_cases(found, plan, chosen, Store(Path(folder)))
             verdicts = Counter(each.verdict for each in findings)
-            counts = {str(verdict): verdicts[verdict] for verdict in Verdict} | skipped
+            counts = {str(verdict): verdicts[verdict] for verdict in _OF_CASES} | skipped
             counts["not_in_sample"] = len(cases) - len(chosen)
             if as_json:
                 shared_data, *of_cases = (
@@ -206,6 +216,7 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
     sys.exit(code)
 
 
+_OF_CASES: Final = (Verdict.IDENTICAL, Verdict.ROUNDING, Verdict.WITHIN, Verdict.DIFFERENT)
 _SAID: Final = {"pending": "pending, skipped", "failed": "failed, skipped", "not_in_sample": "not in the sample"}
 """Words for cases that were not recomputed, printed if there are any.
 
@@ -230,7 +241,7 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
 
 def _print_findings(findings: list[Finding]) -> None:
     """Print a line for each case that is not bit-identical, different ones first."""
-    for verdict, style in ((Verdict.DIFFERENT, FAILED), (Verdict.WITHIN, "")):
+    for verdict, style in ((Verdict.DIFFERENT, FAILED), (Verdict.WITHIN, ""), (Verdict.ROUNDING, "")):
         found = [f"{verdict}: {each.label}: {each.remark}" for each in findings if each.verdict is verdict]
         print_sentences(found[:MOST_ROWS], style)
         if len(found) > MOST_ROWS:

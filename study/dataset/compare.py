@@ -3,90 +3,23 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from enum import IntEnum
 from typing import Any, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR
-from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import variables
+from nanoslip.study.dataset.agreement import Runs, Verdict, deviations, identical, magnitude, verdict_of, worst
+from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.table import CaseRows, case_rows
 from nanoslip.study.manifest.parameters import FILE_KEYS, TABLES, Value, words_of
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.plan import NOTHING_KNOWN
 from nanoslip.study.toml_text import from_toml, shown
-
-# Agreement of two values.
-
-
-class Verdict(IntEnum):
-    """Result of comparing a recomputed value with the stored one; the worst of several is their largest."""
-
-    IDENTICAL = 0
-    WITHIN = 1
-    DIFFERENT = 2
-
-    def __str__(self) -> str:
-        return ("bit-identical", "within tolerance", "different")[self]
-
-
-def same_bits(one: NDArray[Any], other: NDArray[Any]) -> Any:
-    """Compare the bits of two arrays of one shape, element by element. All NaN are equal, but -0.0 is not 0.0."""
-    if not (real(one) and real(other)):
-        return one == other
-    return (np.isnan(one) & np.isnan(other)) | ((one == other) & (np.signbit(one) == np.signbit(other)))
-
-
-def identical(one: NDArray[Any], other: NDArray[Any]) -> bool:
-    """True if two arrays have one shape and the same bits."""
-    return one.shape == other.shape and bool(np.all(same_bits(one, other)))
-
-
-def relative(kept: NDArray[Any], again: NDArray[Any], scale: float) -> float:
-    """Largest |kept - again| over the scale; infinite if only one is a number, or if the scale is 0."""
-    both = np.isfinite(kept) & np.isfinite(again)
-    if not np.all(both | (kept == again) | (np.isnan(kept) & np.isnan(again))):
-        return np.inf
-    apart = float(np.max(np.abs(kept[both] - again[both]), initial=0.0))
-    return apart / scale if scale > 0.0 else (np.inf if apart > 0.0 else 0.0)
-
-
-def magnitude(values: NDArray[Any]) -> float:
-    """The largest finite magnitude."""
-    return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
-
-
-def deviations(one: Any, other: Any, errors: tuple[Any, Any]) -> Any:
-    """Difference in combined standard deviations: 0 if missing (NaN) in both. An error of NaN counts as 0."""
-    difference = np.where(np.isnan(one) & np.isnan(other), 0.0, np.abs(one - other))
-    combined = np.hypot(*np.nan_to_num(errors))
-    return np.divide(difference, combined, out=np.where(difference == 0.0, 0.0, np.inf), where=combined > 0.0)
-
-
-def agreement(
-    one: NDArray[Any], other: NDArray[Any], scale: float, errors: tuple[Any, Any] = (0.0, 0.0), within: float = 0.0
-) -> tuple[Verdict, float]:
-    """Verdict on numbers of one shape, and their largest difference over `scale`.
-
-    Those beyond rounding agree if none differs by more than `within` combined standard errors.
-    """
-    if identical(one, other):
-        return Verdict.IDENTICAL, 0.0
-    size = relative(one, other, scale)
-    close = size <= ROUNDING or (within > 0.0 and bool(np.all(deviations(one, other, errors) <= within)))
-    return Verdict.WITHIN if close else Verdict.DIFFERENT, size
-
-
-def real(values: NDArray[Any]) -> bool:
-    """True if values are floats."""
-    return bool(np.issubdtype(values.dtype, np.floating))
-
 
 # The cases that two datasets share: those with the same values of every parameter that varies in either.
 
@@ -170,9 +103,9 @@ are by `STANDARD_DEVIATIONS`.
 """
 
 
-Judged = tuple[Verdict | None, float]
+Judged = tuple[Verdict, float]
 """A verdict, and how far apart both are, as `Observed` has them."""
-_NOT_KNOWN: Final[Judged] = (None, math.nan)
+_NOT_KNOWN: Final[Judged] = (Verdict.NOT_JUDGED, math.nan)
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,8 +116,8 @@ class Observed:
     name: str
     values: tuple[Any, Any]
     """Numbers; or words, each with the members that have it."""
-    verdict: Verdict | None
-    """None if they differ and an uncertainty is unknown; for ensembles also if a number is missing or most words differ."""
+    verdict: Verdict
+    """NOT_JUDGED if they differ and an uncertainty is unknown; for ensembles also if a number is missing or most words differ."""
     apart: float
     """Difference in combined standard deviations; infinite if a value is missing or a word, NaN if these are unknown."""
 
@@ -245,10 +178,10 @@ def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[
     difference = abs(both[0] - both[1]) if here.dtype.kind in "fiu" else math.nan
     if math.isnan(difference):
         return _NOT_KNOWN if _by_chance(both, members) else (Verdict.DIFFERENT, math.inf)
-    found, _ = agreement(here, there, scale, errors, STANDARD_DEVIATIONS)
-    if found is Verdict.DIFFERENT and any(map(math.isnan, errors)):
+    found, _ = verdict_of(here, there, scale, errors, STANDARD_DEVIATIONS)
+    if found is Verdict.NOT_JUDGED:
         return _NOT_KNOWN
-    return found, float(deviations(*both, errors))
+    return found, 0.0 if found is Verdict.ROUNDING else float(deviations(*both, errors))
 
 
 def _by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
@@ -258,6 +191,25 @@ def _by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
     if not all(isinstance(value, dict) for value in both):
         return any(value != value for value in both)  # noqa: PLR0124  only NaN is not itself
     return any(len(words) > 1 for words in both) or not all(count >= TELLING for count in members)
+
+
+# The runs of shared cases and drives, which state no uncertainty: the same, or not.
+
+
+def compared_runs(found: Matched) -> dict[str, tuple[int, int]]:
+    """Group of runs that both datasets have -> shared cases or drives whose runs are the same within rounding, and others."""
+    both = [groups_of(root) for root in found.roots]
+    counts = {}
+    for name, group in variables.all_groups().items():
+        if group.driven != bool(found.kind) or not all(name in groups for groups in both):
+            continue
+        runs = Runs(group, [groups[name] for groups in both])
+        names = [rows.values(group.id.name).tolist() for rows in found.both]
+        pairs = [pair for pair in zip(*names, strict=True) if any(pair)]
+        same = sum(all(pair) and worst(runs.columns(*pair)) <= Verdict.ROUNDING for pair in pairs)
+        if pairs:
+            counts[name] = (same, len(pairs) - same)
+    return counts
 
 
 # Differences in the origin of two datasets: parameters, keys of their campaigns, scales and software.

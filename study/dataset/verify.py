@@ -4,17 +4,29 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from nanoslip.solver.parameter import Quantity
+from nanoslip.solver.contact.compiled_contact import LOAD_FLOOR
+from nanoslip.solver.parameter import SHARED_ERROR, Quantity
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.dataset import file, variables
+from nanoslip.study.dataset.agreement import (
+    UNKNOWN,
+    Difference,
+    Runs,
+    Verdict,
+    compared,
+    identical,
+    magnitude,
+    odd,
+    real,
+    verdict_of,
+    worst,
+)
 from nanoslip.study.dataset.collect import Layout, collect, layout_of
-from nanoslip.study.dataset.compare import Verdict, agreement, identical, magnitude, real, relative, same_bits
 from nanoslip.study.dataset.file import flattened, groups_of, loaded
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.parameters import FILE_KEYS
@@ -26,19 +38,13 @@ from nanoslip.study.results.store import Store, StoreError
 
 # A dataset computed again from itself alone: its manifest -> plan -> tasks -> dataset, and both side by side.
 #
-# Each case is *bit-identical*, *within tolerance* or *different*. Within tolerance is every number within `ROUNDING` of its
-# variable's scale, the largest magnitude that was recomputed; texts and whole numbers must be the same, but for numbers in a
-# `message`, and the words of messages of other software.
-# Two things are chains of decisions, which a last digit may turn: a record, seldom, and a drive over its teeth,
-# often.
+# The same software with the same arithmetic gives the same bits: what differs by more than rounding is different. Provenance
+# states whether software or arithmetic are others. Then last digits differ, and what hangs on them: records, paths and drives
+# are chains of decisions, which a last digit may turn.
 #
-# - A record took another path where half or more of the case's numbers over it differ. What precedes sliding still has to agree
-#   as before; what states an uncertainty (plateau, mean step, μ_s, μ_k) agrees within `STANDARD_ERRORS` combined ones, or within
-#   `LITTLE` of its scale where its uncertainty is unknown; the rest is not compared.
-# - A drive may have taken another path only where last digits moved all over the case: where half or more of its numbers
-#   have other bits. Then of the drive only what states an uncertainty has to agree, as above.
-#
-# One wrong number in a file is never taken for either.
+# - What precedes sliding has to be the same within rounding. A load that rises is a chain, too, of steps of LOAD_FLOOR.
+# - A number of a chain has to be the same within its ±, `STANDARD_ERRORS` of both combined.
+# - What states no ± is named, not judged: counts, texts that sum up a drive, and the chain itself. How it ended is judged.
 
 
 class NotVerifiableError(StoreError):
@@ -136,58 +142,14 @@ def _as_pending(found: xr.Dataset) -> xr.Dataset:
 
 STANDARD_ERRORS: Final = 5.0
 """Combined standard errors by which two means over records that took different paths may differ."""
-LITTLE: Final = 1e-2
-"""Relative difference allowed, over its scale, for a number computed by another method without known uncertainty."""
-_NOT_COMPARED: Final = "not compared"
+OF_A_RISING_LOAD: Final = 100.0 * LOAD_FLOOR
+"""Rounding of a contact whose load rose event by event, over a variable's scale. An event waits for the smallest step of the load
+or not: 11 steps were seen at the most, over other last digits of the compliance."""
+_OVER_THE_LOAD: Final = ("initial_force", "closure", "plateau_std")
+"""Differences of forces over the load."""
 _SOFTWARE: Final = {each.computed_by.name for each in variables.OUTCOMES.values()}
 _CAUSE_OF: Final = {each.message.name: each.cause.name for each in variables.OUTCOMES.values()}
 _Values = Mapping[str, xr.Variable]
-
-
-@dataclass(frozen=True, slots=True)
-class Difference:
-    """Difference of one variable between two datasets."""
-
-    name: str
-    verdict: Verdict
-    size: float
-    """Largest difference over the variable's scale; infinite for what cannot be subtracted."""
-    words: str = ""
-    """Description of the difference, if a number cannot express it."""
-
-    def __str__(self) -> str:
-        return f"{self.name}: {self.words}" if self.words else f"{self.name} by {self.size:.2g} of its scale"
-
-
-def worst(differences: Iterable[Difference]) -> Verdict:
-    """The verdict on all of them together."""
-    return max((each.verdict for each in differences), default=Verdict.IDENTICAL)
-
-
-def compared(name: str, kept: NDArray[Any], again: NDArray[Any], scale: float | None = None) -> Difference:
-    """Compare the stored values of a variable with recomputed ones. Whole numbers and texts have no rounding.
-
-    scale: magnitude of the variable; without it the largest of `again`.
-    """
-    if kept.shape != again.shape:
-        return _odd(name, f"{_size(kept)} kept, {_size(again)} recomputed")
-    if identical(kept, again):
-        return Difference(name, Verdict.IDENTICAL, 0.0)
-    if real(kept) and real(again):
-        verdict, size = agreement(kept, again, magnitude(again) if scale is None else scale)
-        if np.isfinite(size):
-            return Difference(name, verdict, size)
-    first = int(np.argmin(same_bits(kept, again) | (kept == again)))  # 0.0 and -0.0 are the same in words
-    return _odd(name, f"{_short(kept.item(first))} kept, {_short(again.item(first))} recomputed")
-
-
-def _size(values: NDArray[Any]) -> str:
-    return " x ".join(map(str, values.shape)) or "one value"
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 80 else text[:77] + "..."
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,15 +161,24 @@ class Finding:
     remark: str
 
 
-def finding_of(label: str, differences: Sequence[Difference], remark: str = "") -> Finding:
-    """The worst of some differences, in a line."""
-    verdict = worst(differences)
-    told = sorted((each for each in differences if each.verdict == verdict), key=lambda each: -each.size)
-    if verdict is Verdict.IDENTICAL:
-        return Finding(label, verdict, remark)
-    others = list(dict.fromkeys(each.name for each in told if each.name != told[0].name))
-    more = f", and {len(others)} more: {', '.join(others[:3])}{', ...' if len(others) > 3 else ''}" if others else ""
-    return Finding(label, verdict, "; ".join(filter(None, (remark, f"{told[0]}{more}"))))
+def finding_of(label: str, differences: Sequence[Difference]) -> Finding:
+    """The worst of some differences in a line, and the names of those that are not judged."""
+    judged = [each for each in differences if each.verdict is not Verdict.NOT_JUDGED]
+    verdict, beside = worst(judged), _named([each for each in differences if each.verdict is Verdict.NOT_JUDGED])
+    told = sorted((each for each in judged if each.verdict == verdict), key=lambda each: -each.size)
+    if verdict is Verdict.IDENTICAL and not beside:
+        return Finding(label, verdict, "")
+    others = [each for each in told if each.name != told[0].name]
+    more = f", and {len(dict.fromkeys(each.name for each in others))} more: {_named(others)}" if others else ""
+    said = f"{told[0]}{more}" if verdict > Verdict.IDENTICAL else ""
+    remark = "; ".join(filter(None, (said, beside and f"not judged: {beside}")))
+    return Finding(label, max(verdict, Verdict.WITHIN) if beside else verdict, remark)
+
+
+def _named(differences: Sequence[Difference]) -> str:
+    """The first few names of some differences, each once."""
+    names = list(dict.fromkeys(each.name for each in differences))
+    return ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
 
 
 class Recomputed:
@@ -215,15 +186,16 @@ class Recomputed:
 
     def __init__(self, found: xr.Dataset, again: xr.Dataset) -> None:
         self._found, self._again = found, again
-        self._reworded = bool(other_software(found))
+        (origin,), home = from_data([found.attrs]), computing_origin()
+        self._same_software, self._same_bits = origin.alike(home), origin.same_bits(home)
         groups = groups_of(found), groups_of(again)
         declared = [group for name, group in variables.all_groups().items() if all(name in each for each in groups)]
-        self._groups = [_Runs(group, [each[group.name] for each in groups]) for group in declared]
+        self._groups = [Runs(group, [each[group.name] for each in groups]) for group in declared]
         self._along = set(again["case_id"].dims)
         apart = variables.run_names() | _SOFTWARE
         own = (name for name, each in again.data_vars.items() if self._along <= set(each.dims) and name in found)
         self._names = [str(name) for name in own if name not in apart]
-        self._scales = {name: magnitude(again[name].values) for name in self._names if real(again[name].values)}
+        self._sizes = {name: magnitude(again[name].values) for name in self._names if real(again[name].values)}
 
     @property
     def comparable(self) -> bool:
@@ -236,8 +208,8 @@ class Recomputed:
         """Compare each attribute, coordinate and variable without a case of its own; identical ones are listed, too."""
         found, again = flattened(self._found), flattened(self._again)
         names = sorted({*found, *again})
-        missing = [_odd(name, "is missing") for name in names if name not in found]
-        strange = [_odd(name, "is in no dataset of this manifest") for name in names if name not in again]
+        missing = [odd(name, "is missing") for name in names if name not in found]
+        strange = [odd(name, "is in no dataset of this manifest") for name in names if name not in again]
         common = [name for name in names if name in found and name in again]
         words = [
             compared(f"{kind} of {name}", np.array(one), np.array(other))
@@ -257,53 +229,54 @@ class Recomputed:
         return [
             compared(f"attribute {name}", np.array(kept[name]), np.array(value))
             if name in kept
-            else _odd(f"attribute {name}", "is missing")
+            else odd(f"attribute {name}", "is missing")
             for name, value in self._again.attrs.items()
             if name not in apart
         ]
 
     def finding(self, case: CampaignCase) -> Finding:
-        """The verdict on one case: whether its last digits moved, whether its record took another path, and what differs then."""
+        """The verdict on one case, and what differs or is not judged."""
         place = place_of(self._again, case.case_id)
         kept, now = (
             {name: each.variables[name].isel(place, missing_dims="ignore") for name in self._names}
             for each in (self._found, self._again)
         )
-        both = {name: (one.values, now[name].values) for name, one in kept.items() if one.shape == now[name].shape}
-        numbers = {name: pair for name, pair in both.items() if real(pair[1]) and not np.isnan(pair).all()}
-        moved = _half(not identical(*pair) for pair in numbers.values())
-        of_records = {name: pair for name, pair in numbers.items() if name in _of_records()}
-        parted = _half(relative(*pair, self._scales[name]) > ROUNDING for name, pair in of_records.items())
-        differences = [self._scalar(name, kept, now, moved, parted) for name in self._names]
+        rises = case.case is not None and case.case.initial_contact == "gradual"
+        rounding = OF_A_RISING_LOAD if rises and not self._same_bits else ROUNDING
+        differences = [self._scalar(name, kept, now, rounding) for name in self._names]
         for runs in self._groups:
-            if not (parted and runs.group.kinds != ("contact",)):
-                name = runs.group.id.name
-                ids = (each.variables[name].isel(place).values.ravel() for each in (self._found, self._again))
-                for one, other in zip(*ids, strict=True):
-                    differences += runs.differences(one, other, moved)
-        skipped = any(each.words == _NOT_COMPARED for each in differences)
-        turned = "its record" if parted else "a drive" if skipped else ""
-        remark = f"{turned} takes another path: compared within uncertainties" if turned else ""
+            ids = (each.variables[runs.group.id.name].isel(place).values.ravel() for each in (self._found, self._again))
+            for one, other in zip(*ids, strict=True):
+                differences += runs.owners(one, other) + self._of_runs(runs, runs.columns(one, other, rounding))
         label = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
-        return finding_of(label, differences, remark)
+        return finding_of(label, differences)
 
-    def _scalar(self, name: str, kept: _Values, now: _Values, moved: bool, parted: bool) -> Difference:
-        scale = self._scales.get(name, 1.0)
-        found = compared(name, kept[name].values, now[name].values, scale)
+    def _of_runs(self, runs: Runs, found: list[Difference]) -> list[Difference]:
+        """Differences of a run; not judged where last digits may turn it."""
+        if self._same_bits or runs.group.kinds == ("contact",) or worst(found) is not Verdict.DIFFERENT:
+            return found
+        return [Difference(f"the {runs.group.name}", Verdict.NOT_JUDGED, np.inf)]
+
+    def _scalar(self, name: str, kept: _Values, now: _Values, rounding: float) -> Difference:
+        scale, both = self._scale(name), (kept[name].values, now[name].values)
+        found = compared(name, *both, scale, rounding)
         if found.verdict is not Verdict.DIFFERENT:
             return found
-        if name in _CAUSE_OF and (self._reworded or _alike(kept[_CAUSE_OF[name]], now[_CAUSE_OF[name]])):
-            return replace(found, verdict=Verdict.WITHIN)
-        elsewhere = parted if name in _of_records() else moved or parted
-        if not elsewhere or name in _before_sliding() or now[name].dtype == object:
+        if name in _CAUSE_OF and (not self._same_software or _alike(kept[_CAUSE_OF[name]], now[_CAUSE_OF[name]])):
+            return replace(found, verdict=Verdict.WITHIN)  # messages differ in words or in values alone
+        if self._same_bits or not _is_of_chains(name):
             return found
+        if not real(both[1]):
+            return replace(found, verdict=Verdict.NOT_JUDGED)
         error = f"{name}_uncertainty"
-        if error not in now:
-            return Difference(name, Verdict.WITHIN, 0.0, _NOT_COMPARED)
-        # An unknown error counts as `LITTLE`.
-        errors = [np.nan_to_num(each[error].values, nan=LITTLE * scale / STANDARD_ERRORS) for each in (kept, now)]
-        both = (kept[name].values, now[name].values)
-        return replace(found, verdict=agreement(*both, scale, (errors[0], errors[1]), STANDARD_ERRORS)[0])
+        errors = (kept[error].values, now[error].values) if error in kept else UNKNOWN
+        return replace(found, verdict=verdict_of(*both, scale, errors, STANDARD_ERRORS)[0], words="")
+
+    def _scale(self, name: str) -> float:
+        """Magnitude of what a variable is a difference of: of a ± the number's, of forces that cancel the load."""
+        whole = name.removesuffix("_uncertainty").removesuffix(SHARED_ERROR)
+        of_the_load = 1.0 if whole in _OVER_THE_LOAD else 0.0
+        return max(self._sizes.get(name, 0.0), self._sizes.get(whole, 0.0), of_the_load)
 
 
 def _alike(kept: xr.Variable, again: xr.Variable) -> bool:
@@ -311,75 +284,29 @@ def _alike(kept: xr.Variable, again: xr.Variable) -> bool:
     return identical(kept.values, again.values) and bool(np.all(again.values != ""))
 
 
-class _Runs:
-    """The runs of one group, as kept and as recomputed."""
-
-    def __init__(self, group: variables.Group, both: Sequence[xr.Dataset]) -> None:
-        self.group, self._both = group, both
-        self._numbers = [{name: number for number, name in enumerate(each[group.name].values)} for each in both]
-        self._windows = [variables.windows(each, group) for each in both]
-
-    def differences(self, kept: str, now: str, moved: bool) -> list[Difference]:
-        """One run beside the other, by their names (empty if there is none): whose it is, and column by column."""
-        if not kept or not now:
-            said = "recomputed, but none kept" if now else "kept, but none recomputed"
-            return [_odd(self.group.id.name, said)] if kept or now else []
-        if kept not in self._numbers[0]:
-            return [_odd(self.group.id.name, f"{kept} is not in the group {self.group.name}")]
-        places = [numbers[name] for numbers, name in zip(self._numbers, (kept, now), strict=True)]
-        whole = [slice(at, at + 1) for at in places]
-        owner = self._compared([each.name for each in self.group.owners], self.group.name, whole)
-        found = []
-        for sample in self._windows[1]:
-            names = [name for name, quantity in self.group.columns.items() if quantity.along == sample]
-            pairs = zip(self._windows, places, strict=True)
-            slices = [slice(*each[sample][at : at + 2].tolist()) if sample in each else slice(0) for each, at in pairs]
-            found += self._compared(names, sample, slices)
-        if moved and self.group.driven and worst(found) is Verdict.DIFFERENT:
-            found = [Difference(each.name, Verdict.WITHIN, 0.0, _NOT_COMPARED) for each in found]
-        return owner + found
-
-    def _compared(self, names: Sequence[str], dim: str, slices: Sequence[slice]) -> list[Difference]:
-        """Compare the variables of these names that both have, within these slices."""
-        (found, again), (here, there) = self._both, ({dim: at} for at in slices)
-        return [
-            compared(name, found.variables[name].isel(here).values, again.variables[name].isel(there).values)
-            for name in names
-            if name in found.variables and name in again.variables
-        ]
-
-
-def _half(votes: Iterable[bool]) -> bool:
-    """True if there are votes and at least half are in favour."""
-    counted = list(votes)
-    return bool(counted) and 2 * sum(counted) >= len(counted)
-
-
 _STIFFNESSES: Final = ("surface_stiffness", "path_stiffness")
 """Stiffness K of a contact, before a record and before a path."""
 
 
 @cache
-def _before_sliding() -> set[str]:
-    """Variables that no decision of sliding changes."""
-    sliding = [each for kind in ("record", "path") for _, each in variables.scalars(kind)]
-    before = [each for each in sliding if each.name.startswith("initial_") or each.name in _STIFFNESSES]
-    return _names(each for _, each in variables.scalars("contact")) | _names(before)
+def _of_chains() -> set[str]:
+    """Variables that sum up a record, a path or a drive, and texts about how drives ended; not how they ended."""
+    kinds = ("record", "path", "statistics", variables.DRIVE)
+    found = [each for kind in kinds for _, each in variables.scalars(kind)]
+    sliding = [each for each in found if not each.name.startswith("initial_") and each.name not in _STIFFNESSES]
+    ended = variables.OUTCOMES[variables.DRIVE]
+    return _names(sliding) | {ended.cause.name, ended.message.name, variables.MEMBERS.name}
 
 
-@cache
-def _of_records() -> set[str]:
-    """Variables that sum up a record or a path."""
-    return _names(each for kind in ("record", "path") for _, each in variables.scalars(kind)) - _before_sliding()
+def _is_of_chains(name: str) -> bool:
+    """True for these variables, and for the numbers of members that have one, or one of its words."""
+    counted = name.endswith("_members") and any(name.startswith(f"{each}_") for each in _of_chains())
+    return counted or name in _of_chains()
 
 
 def _names(quantities: Iterable[Quantity]) -> set[str]:
     """The variables of these quantities, and of their ±."""
     return {name for each in quantities for name in (each.name, each.uncertainty, each.shared_error) if name}
-
-
-def _odd(name: str, words: str) -> Difference:
-    return Difference(name, Verdict.DIFFERENT, np.inf, words)
 
 
 def _words(found: xr.DataArray) -> dict[str, str]:

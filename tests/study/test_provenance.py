@@ -114,7 +114,16 @@ def test_another_processor_or_blas_is_no_other_software_yet_other_bits():
         assert newer.arithmetic in said, name
 
 
-@pytest.mark.parametrize("name", ["NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT"])
+def test_more_instructions_than_the_pinned_kernel_uses_are_no_other_bits():
+    older, newer = (
+        replace(HOME, processor_features=words) for words in ("avx avx2 fma sse", "avx avx2 avx512f fma sse")
+    )
+    assert older.same_bits(newer)
+    assert mixture({older: 3, newer: 1}) == ""
+    assert not older.same_bits(replace(HOME, processor_features="avx sse"))
+
+
+@pytest.mark.parametrize("name", ["OPENBLAS_L2_SIZE", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT"])
 def test_settings_by_which_numba_makes_other_code_are_other_bits(monkeypatch, name):
     monkeypatch.delenv(name, raising=False)
     usual = replace(HOME, processor_features=features())

@@ -209,7 +209,7 @@ def test_documents_have_the_keys_of_their_page(main, ask, finished):
     for command, document in found.items():
         (row,) = (row for row in rows if row.startswith(f"| `nanoslip {command}"))
         assert set(document) == set(re.findall(r"`(\w+)`", re.sub(r"\([^)]*\)", "", row.split("|")[2]))), command
-    none = ("within tolerance", "different", "pending", "failed", "not_in_sample")
+    none = ("within rounding", "within uncertainties", "different", "pending", "failed", "not_in_sample")
     assert found["verify"]["counts"] == {"bit-identical": 4, **dict.fromkeys(none, 0)}
     assert [each["verdict"] for each in found["verify"]["cases"]] == ["bit-identical"] * 4
     assert [each["name"] for each in json.loads(main("describe", "mean_step", "--json")[1])] == ["mean_step"]

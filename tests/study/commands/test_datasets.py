@@ -42,18 +42,18 @@ def test_a_dataset_is_verified_from_itself_alone(main, campaign, finished, tmp_p
     campaign.unlink()
     code, said, progress = main("verify", path)
     assert (code, "13 of 13 tasks done" in progress) == (0, True)
-    counts = f"{path}: cases: 4 bit-identical, 0 within tolerance, 0 different; what all cases share: bit-identical\n"
-    assert said == counts
+    counts = "4 bit-identical, 0 within rounding, 0 within uncertainties, 0 different"
+    assert said == f"{path}: cases: {counts}; what all cases share: bit-identical\n"
     with netCDF4.Dataset(path, "a") as opened:
         opened["mean_step"][1, 1, 0, 0] *= 1.0 + 1e-6
     code, said, _ = main("verify", path)
     (line,) = said.splitlines()[:-1]
     assert (code, ": mean_step by " in line) == (1, True)
     assert line.startswith("different: intrinsic_friction = 0.5, radius = 100")
-    assert "3 bit-identical, 0 within tolerance, 1 different" in said
+    assert "3 bit-identical, 0 within rounding, 0 within uncertainties, 1 different" in said
     path.rename(tmp_path / "results.nc")
     code, said, _ = main("verify", tmp_path, "--sample", 1)
-    assert (code, "1 bit-identical, 0 within tolerance, 0 different, 3 not" in said) == (0, True)
+    assert (code, "1 bit-identical, 0 within rounding, 0 within uncertainties, 0 different, 3 not" in said) == (0, True)
 
 
 @pytest.mark.slow
@@ -63,7 +63,7 @@ def test_tasks_that_crash_disagree_with_nothing_there_or_here(main, run, out, mo
         once.setattr(executor, "run_task", defective)
         assert run()[0] == 3
         code, said, progress = main("verify", out)
-    counts = "2 bit-identical, 0 within tolerance, 0 different, 2 failed, skipped; what all cases share: bit-identical"
+    counts = "2 bit-identical, 0 within rounding, 0 within uncertainties, 0 different, 2 failed, skipped"
     assert (code, f"cases: {counts}" in said, "2 of 4 cases" in progress) == (0, True, True)
     assert run("--retry")[0] == 0
     monkeypatch.setattr(executor, "run_task", defective)

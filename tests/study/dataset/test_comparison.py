@@ -6,18 +6,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from nanoslip.solver.view import ROUNDING
+from nanoslip.study.dataset.agreement import Verdict, compared, identical, verdict_of
 from nanoslip.study.dataset.compare import (
-    ROUNDING,
     Matched,
     NotComparableError,
-    Verdict,
     differing,
-    identical,
     matched,
     observed,
     unjudged,
 )
-from nanoslip.study.dataset.verify import compared
 
 NAN = float("nan")
 VALUES = np.array([1.0, -2.0, NAN, np.inf, 0.0])
@@ -34,14 +32,14 @@ def test_equal_values_have_the_same_bits_and_nan_is_nan():
     ("place", "value", "verdict"),
     [
         *(
-            (place, value, Verdict.WITHIN)
+            (place, value, Verdict.ROUNDING)
             for place, value in ((0, np.nextafter(1.0, 2.0)), (4, -0.0), (1, -2.0 - 1.8 * ROUNDING))
         ),
         *((0, value, Verdict.DIFFERENT) for value in (1.0 + 2.1 * ROUNDING, NAN, np.inf)),
         *((place, value, Verdict.DIFFERENT) for place, value in ((2, 1.0), (3, -np.inf), (3, 1.0), (4, 1e-8))),
     ],
 )
-def test_rounding_is_within_tolerance_and_more_is_different_and_named(place, value, verdict):
+def test_rounding_is_named_and_more_is_different_and_named(place, value, verdict):
     changed = VALUES.copy()
     changed[place] = value
     found = compared("x", VALUES, changed)
@@ -59,12 +57,29 @@ def test_rounding_is_within_tolerance_and_more_is_different_and_named(place, val
         (np.array([1.0]), np.array([1.0, 2.0]), None, Verdict.DIFFERENT),
         (np.array([1.0]), np.array(["a"], object), None, Verdict.DIFFERENT),
         (np.array([1e-12]), np.array([2e-12]), None, Verdict.DIFFERENT),
-        (np.array([1e-12]), np.array([2e-12]), 1.0, Verdict.WITHIN),
+        (np.array([1e-12]), np.array([2e-12]), 1.0, Verdict.ROUNDING),
         (np.array([1e-12]), np.array([0.0]), None, Verdict.DIFFERENT),
     ],
 )
 def test_whole_numbers_texts_and_shapes_have_no_rounding_and_the_scale_is_the_variables(kept, again, scale, verdict):
     assert compared("x", kept, again, **({} if scale is None else {"scale": scale})).verdict is verdict
+
+
+@pytest.mark.parametrize(
+    ("errors", "verdict"),
+    [
+        (([0.1, 0.1], [0.0, 0.0]), Verdict.WITHIN),
+        (([0.1, 0.01], [0.0, 0.0]), Verdict.DIFFERENT),
+        (([0.1, NAN], [0.0, 0.0]), Verdict.NOT_JUDGED),
+        (([NAN, 0.01], [NAN, 0.0]), Verdict.DIFFERENT),
+    ],
+)
+def test_of_several_numbers_the_worst_decides_and_an_unknown_uncertainty_judges_nothing(errors, verdict):
+    one, other = np.array([1.0, 2.0]), np.array([1.1, 2.1])
+    assert verdict_of(one, other, 2.0, (np.array(errors[0]), np.array(errors[1])), 2.0) == (
+        verdict,
+        pytest.approx(0.05),
+    )
 
 
 def cases(radius: list[float], load: list[float] | float = 1e-3, outcome: str = "completed") -> xr.Dataset:
@@ -135,7 +150,7 @@ def numbers(
     return found if used is None else found.assign(members=("radius", [used]))
 
 
-def judged(one: xr.Dataset, other: xr.Dataset) -> dict[str, tuple[Verdict | None, float]]:
+def judged(one: xr.Dataset, other: xr.Dataset) -> dict[str, tuple[Verdict, float]]:
     found = matched((one, other), "")
     return {each.name: (each.verdict, each.apart) for each in observed(found)}
 
@@ -148,9 +163,9 @@ def judged(one: xr.Dataset, other: xr.Dataset) -> dict[str, tuple[Verdict | None
         ((0.30, 0.399), (0.03, 0.04), Verdict.WITHIN, 1.98),
         ((0.30, 0.401), (0.03, 0.04), Verdict.DIFFERENT, 2.02),
         ((0.30, 0.31), (0.01, NAN), Verdict.WITHIN, 1.0),  # one of both is known
-        ((0.30, 0.33), (0.01, NAN), None, NAN),  # the other's may be large
-        ((0.30, 0.31), (NAN, NAN), None, NAN),
-        ((0.30, 0.30 + 1e-12), (NAN, NAN), Verdict.WITHIN, math.inf),  # rounding
+        ((0.30, 0.33), (0.01, NAN), Verdict.NOT_JUDGED, NAN),  # the other's may be large
+        ((0.30, 0.31), (NAN, NAN), Verdict.NOT_JUDGED, NAN),
+        ((0.30, 0.30 + 1e-12), (NAN, NAN), Verdict.ROUNDING, 0.0),
         ((NAN, NAN), (NAN, NAN), Verdict.IDENTICAL, 0.0),
         ((0.30, NAN), (0.01, NAN), Verdict.DIFFERENT, math.inf),
     ],
@@ -179,12 +194,12 @@ def pulled(sticks: int, slides: int) -> xr.Dataset:
     ("one", "other", "verdict"),
     [
         ((4, 0), (4, 0), Verdict.IDENTICAL),
-        ((2, 1), (3, 1), None),  # counts of samples
-        ((16, 0), (15, 1), None),
-        ((3, 0), (0, 4), None),  # by chance 2 times in 35, were both as likely
+        ((2, 1), (3, 1), Verdict.NOT_JUDGED),  # counts of samples
+        ((16, 0), (15, 1), Verdict.NOT_JUDGED),
+        ((3, 0), (0, 4), Verdict.NOT_JUDGED),  # by chance 2 times in 35, were both as likely
         ((4, 0), (0, 4), Verdict.DIFFERENT),  # 2 times in 70
-        ((1, 0), (2, 1), None),
-        ((2, 1), (1, 0), None),
+        ((1, 0), (2, 1), Verdict.NOT_JUDGED),
+        ((2, 1), (1, 0), Verdict.NOT_JUDGED),
         ((1, 0), (0, 1), Verdict.DIFFERENT),  # two single starts
     ],
 )
@@ -193,13 +208,13 @@ def test_words_of_members_contradict_where_all_of_one_ensemble_differ_from_all_o
 ) -> None:
     pair = pulled(*one), pulled(*other)
     (found,) = (each for each in observed(matched(pair, "drive")) if each.name == "regime")
-    apart = {None: NAN, Verdict.IDENTICAL: 0.0, Verdict.DIFFERENT: math.inf}[verdict]
+    apart = {Verdict.NOT_JUDGED: NAN, Verdict.IDENTICAL: 0.0, Verdict.DIFFERENT: math.inf}[verdict]
     assert (found.verdict, found.apart) == (verdict, pytest.approx(apart, nan_ok=True))
 
 
 def test_a_number_that_only_one_of_two_ensembles_knows_is_not_judged_and_two_without_scatter_contradict() -> None:
     found = judged(numbers(0.3, 0.1, used=4), numbers(NAN, 0.1, used=4))["plateau_mean"]
-    assert found == (None, pytest.approx(NAN, nan_ok=True))
+    assert found == (Verdict.NOT_JUDGED, pytest.approx(NAN, nan_ok=True))
     assert judged(numbers(0.3, 0.0, used=2), numbers(0.4, 0.0, used=2))["plateau_mean"] == (Verdict.DIFFERENT, math.inf)
 
 

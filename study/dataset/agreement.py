@@ -1,0 +1,222 @@
+"""Agreement of values: value, other value and ± of both -> one verdict, for whatever compares datasets."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from nanoslip.solver.parameter import Quantity
+from nanoslip.solver.view import ROUNDING
+from nanoslip.study.dataset import variables
+
+
+class Verdict(IntEnum):
+    """Result of comparing two values; the worst of several is their largest."""
+
+    IDENTICAL = 0
+    ROUNDING = 1
+    WITHIN = 2
+    NOT_JUDGED = 3
+    """They differ by more than rounding, and by how much they may is unknown."""
+    DIFFERENT = 4
+
+    def __str__(self) -> str:
+        return ("bit-identical", "within rounding", "within uncertainties", "not judged", "different")[self]
+
+
+def same_bits(one: NDArray[Any], other: NDArray[Any]) -> Any:
+    """Compare the bits of two arrays of one shape, element by element. All NaN are equal, but -0.0 is not 0.0."""
+    if not (real(one) and real(other)):
+        return one == other
+    return (np.isnan(one) & np.isnan(other)) | ((one == other) & (np.signbit(one) == np.signbit(other)))
+
+
+def identical(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    """True if two arrays have one shape and the same bits."""
+    return one.shape == other.shape and bool(np.all(same_bits(one, other)))
+
+
+def real(values: NDArray[Any] | xr.Variable) -> bool:
+    """True if values are floats."""
+    return bool(np.issubdtype(values.dtype, np.floating))
+
+
+def magnitude(values: NDArray[Any]) -> float:
+    """The largest finite magnitude."""
+    return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+
+
+def distances(one: Any, other: Any) -> Any:
+    """|one - other|, element by element: 0 if equal or missing (NaN) in both, infinite if missing in one."""
+    with np.errstate(invalid="ignore"):
+        apart = np.abs(np.subtract(one, other, dtype=float))
+    same = (one == other) | (np.isnan(one) & np.isnan(other))
+    return np.where(same, 0.0, np.nan_to_num(apart, nan=np.inf, posinf=np.inf))
+
+
+def deviations(one: Any, other: Any, errors: tuple[Any, Any]) -> Any:
+    """Difference in combined standard deviations, see `distances`. An error of NaN counts as 0."""
+    difference, combined = distances(one, other), np.hypot(*np.nan_to_num(errors))
+    return np.divide(difference, combined, out=np.where(difference == 0.0, 0.0, np.inf), where=combined > 0.0)
+
+
+EXACT: Final = (0.0, 0.0)
+"""Standard errors of numbers that may differ by rounding alone."""
+UNKNOWN: Final = (np.nan, np.nan)
+"""Standard errors of numbers that state none, though they may differ by more than rounding."""
+
+
+def verdict_of(
+    one: NDArray[Any],
+    other: NDArray[Any],
+    scale: float,
+    errors: tuple[Any, Any] = EXACT,
+    most: float = 0.0,
+    rounding: float = ROUNDING,
+) -> tuple[Verdict, float]:
+    """Verdict on floats of one shape, and their largest difference over `scale`, a magnitude of the variable.
+
+    errors: standard error of each, or of each element; NaN if unknown. most: combined standard errors by which they may differ.
+    rounding: difference over the scale that rounding may cause.
+    """
+    if identical(one, other):
+        return Verdict.IDENTICAL, 0.0
+    apart = deviations(one, other, (scale, 0.0))
+    size, beyond = float(np.max(apart)), apart > rounding
+    if not beyond.any():
+        return Verdict.ROUNDING, size
+    beyond &= ~(deviations(one, other, errors) <= most)
+    unknown = np.isnan(errors[0]) | np.isnan(errors[1])
+    if (beyond & ~unknown).any():
+        return Verdict.DIFFERENT, size
+    return Verdict.NOT_JUDGED if beyond.any() else Verdict.WITHIN, size
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """Difference of one variable between two datasets."""
+
+    name: str
+    verdict: Verdict
+    size: float
+    """Largest difference over the variable's scale; infinite for what cannot be subtracted."""
+    words: str = ""
+    """Description of the difference, if a number cannot express it."""
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.words}" if self.words else f"{self.name} by {self.size:.2g} of its scale"
+
+
+def worst(differences: Iterable[Difference]) -> Verdict:
+    """The verdict on all of them together."""
+    return max((each.verdict for each in differences), default=Verdict.IDENTICAL)
+
+
+def odd(name: str, words: str) -> Difference:
+    """A difference in words."""
+    return Difference(name, Verdict.DIFFERENT, np.inf, words)
+
+
+def compared(
+    name: str, kept: NDArray[Any], again: NDArray[Any], scale: float | None = None, rounding: float = ROUNDING
+) -> Difference:
+    """Compare the stored values of a variable with recomputed ones. Whole numbers and texts have no rounding.
+
+    scale: magnitude of the variable; without it the largest of `again`. rounding: as of `verdict_of`.
+    """
+    if kept.shape != again.shape:
+        return odd(name, f"{_size(kept)} kept, {_size(again)} recomputed")
+    if identical(kept, again):
+        return Difference(name, Verdict.IDENTICAL, 0.0)
+    if real(kept) and real(again):
+        largest = magnitude(again) if scale is None else scale
+        verdict, size = verdict_of(kept, again, largest, rounding=rounding)
+        if np.isfinite(size):
+            return Difference(name, verdict, size)
+    first = int(np.argmin(same_bits(kept, again) | (kept == again)))  # 0.0 and -0.0 are the same in words
+    return odd(name, f"{_short(kept.item(first))} kept, {_short(again.item(first))} recomputed")
+
+
+def _size(values: NDArray[Any]) -> str:
+    return " x ".join(map(str, values.shape)) or "one value"
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+class Runs:
+    """The runs of one group in two datasets: records, trajectories, paths, contacts."""
+
+    def __init__(self, group: variables.Group, both: Sequence[xr.Dataset]) -> None:
+        self.group, self._both = group, both
+        self._numbers = [{name: number for number, name in enumerate(each[group.name].values)} for each in both]
+        self._windows = [variables.windows(each, group) for each in both]
+
+    def owners(self, kept: str, now: str) -> list[Difference]:
+        """Compare whose two runs are, by their names (empty if there is none): what hinders a comparison of their columns."""
+        if not kept or not now:
+            said = "recomputed, but none kept" if now else "kept, but none recomputed"
+            return [odd(self.group.id.name, said)] if kept or now else []
+        if kept not in self._numbers[0]:
+            return [odd(self.group.id.name, f"{kept} is not in the group {self.group.name}")]
+        whole = [slice(at, at + 1) for at in self._places(kept, now)]
+        return self._compared([each.name for each in self.group.owners], self.group.name, whole)
+
+    def columns(self, kept: str, now: str, rounding: float = ROUNDING) -> list[Difference]:
+        """Compare two runs column by column, over the largest magnitude in the same unit; empty if one of them is missing.
+
+        Thus a shear that is nothing but rounding is compared with the pressure.
+        """
+        if kept not in self._numbers[0] or now not in self._numbers[1]:
+            return []
+        found = []
+        for sample in self._windows[1]:
+            names = [name for name, quantity in self.group.columns.items() if quantity.along == sample]
+            pairs = zip(self._windows, self._places(kept, now), strict=True)
+            slices = [slice(*each[sample][at : at + 2].tolist()) if sample in each else slice(0) for each, at in pairs]
+            found += self._compared(names, sample, slices, self._scales(names, sample, slices[1]), rounding)
+        return found
+
+    def _scales(self, names: Sequence[str], dim: str, run: slice) -> dict[str, float]:
+        """Column -> largest magnitude of a recomputed run among the columns in its unit; places and times have their own."""
+        group, declared = self._both[1], self.group.columns
+        floats = [name for name in names if name in group.variables and real(group.variables[name])]
+        own = {name: magnitude(group.variables[name].isel({dim: run}).values) for name in floats}
+        units = {name: name if declared[name].coordinate else _unit_of(declared[name]) for name in own}
+        return {name: max(size for other, size in own.items() if units[other] == units[name]) for name in own}
+
+    def _places(self, *names: str) -> list[int]:
+        return [numbers[name] for numbers, name in zip(self._numbers, names, strict=True)]
+
+    def _compared(
+        self,
+        names: Sequence[str],
+        dim: str,
+        slices: Sequence[slice],
+        scales: Mapping[str, float] = MappingProxyType({}),
+        rounding: float = ROUNDING,
+    ) -> list[Difference]:
+        """Compare the variables of these names that both have, within these slices."""
+        (found, again), (here, there) = self._both, ({dim: at} for at in slices)
+        common = (name for name in names if name in found.variables and name in again.variables)
+        return [
+            compared(
+                name,
+                found.variables[name].isel(here).values,
+                again.variables[name].isel(there).values,
+                scales.get(name),
+                rounding,
+            )
+            for name in common
+        ]
+
+
+def _unit_of(quantity: Quantity) -> str:
+    return f"{quantity.units} {quantity.per} {quantity.measure}"
