@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from drive import damper_force
 from matplotlib.figure import Figure
-from scipy import stats
+from scipy import signal, stats
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.view import with_error
@@ -96,6 +96,9 @@ def claims_of_findings(dataset: xr.Dataset) -> Iterator[Claim]:
     yield Claim("1. slips during stick: fewest micro slips of a start", "many", micro, where)
     rough = _each(groups, lambda group: float(np.nanmean(_roughness(dataset, group))))
     yield Claim("2. fluctuation of F/W on the plateau, over its mean", "high-frequency", rough, where)
+    fast = with_error(*speed_of_fluctuation(dataset, groups[-1].intrinsic_friction))
+    remark = f"over the pin's natural frequency, at μ_i = {groups[-1].intrinsic_friction:g} and the stage's velocity"
+    yield Claim("   frequency above which half of its variance lies", "", fast, remark)
     highest = _each(groups, lambda group: (group.static / group.intrinsic_friction).max(), ".3g")
     yield Claim("3. largest μ_s/μ_i of all starts", "much less than 1", highest, where)
     met = _each(groups, lambda group: np.corrcoef(group.static, group.peak_met)[0, 1], ".2f")
@@ -168,9 +171,38 @@ def extreme(dataset: xr.Dataset, share: Callable[[Starts], Floats], most: Callab
     return Number(float(most(np.concatenate([share(group) for group in all_starts(dataset)]))), 0.0)
 
 
-def correlation(dataset: xr.Dataset, peak: str) -> Number:
-    """Correlation of μ_s with a peak over the starts, mean over intrinsic frictions with its ±."""
-    return number_of([np.corrcoef(group.static, getattr(group, peak))[0, 1] for group in all_starts(dataset)])
+def correlation(dataset: xr.Dataset, peak: str, most: Callable[[Floats], float]) -> Number:
+    """The least or the largest correlation of μ_s with a peak over the starts of one μ_i."""
+    found = [np.corrcoef(group.static, getattr(group, peak))[0, 1] for group in all_starts(dataset)]
+    return Number(float(most(np.array(found))), 0.0)
+
+
+SAMPLES: Final = 8192
+"""Points of a plateau whose spectrum is taken: four for each of 2000 events."""
+
+
+def halving_frequency(x: Floats, force: Floats) -> float:
+    """Frequency, in cycles per unit of x, above which half of a force's variance lies; its line is taken off before."""
+    at = np.linspace(x[0], x[-1], SAMPLES)
+    values = np.interp(at, x, force)
+    power = np.abs(np.fft.rfft(signal.detrend(values))) ** 2
+    above = np.cumsum(power[::-1])[::-1] / power.sum()
+    return float(np.count_nonzero(above > 0.5) - 1) / float(x[-1] - x[0])
+
+
+def speed_of_fluctuation(dataset: xr.Dataset, intrinsic_friction: float = 0.5) -> Number:
+    """Frequency above which half of the variance of F lies at the stage's velocity, over the pin's natural frequency."""
+    width, velocity = dataset.attrs["slab_width"], float(dataset["stage_velocity"])
+    natural = float(np.sqrt(dataset["spring_stiffness"] / dataset["pin_mass"])) / (2.0 * np.pi)
+    found = []
+    for start in dataset["start"].values:
+        here = dataset.sel(intrinsic_friction=intrinsic_friction, start=start).squeeze()
+        line = Accessor(dataset).teeth(intrinsic_friction=intrinsic_friction, start=float(start))
+        x = line["displacement"].values
+        steady = (x >= float(here["plateau_start"])) & (x <= float(here["plateau_end"]))
+        per_width = halving_frequency(x[steady], line["friction_force"].values[steady])
+        found.append(per_width * velocity / width / natural)
+    return number_of(found)
 
 
 def kinetic_over_plateau(dataset: xr.Dataset) -> Number:
@@ -184,8 +216,10 @@ NUMBERS: Final[Mapping[str, Any]] = {
     "largest μ_s/μ_i": partial(extreme, share=lambda group: group.static / group.intrinsic_friction, most=np.max),
     "μ_s/μ_i": partial(of_starts, share=lambda group: group.static / group.intrinsic_friction),
     "μ_k/μ_i": partial(of_starts, share=lambda group: group.kinetic / group.intrinsic_friction),
-    "correlation of μ_s with the highest peak met": partial(correlation, peak="peak_met"),
-    "correlation of μ_s with the highest peak": partial(correlation, peak="peak"),
+    "speed of fluctuation": speed_of_fluctuation,
+    "least correlation of μ_s with the highest peak met": partial(correlation, peak="peak_met", most=np.min),
+    "least correlation of μ_s with the highest peak": partial(correlation, peak="peak", most=np.min),
+    "largest correlation of μ_s with the highest peak": partial(correlation, peak="peak", most=np.max),
     "μ_k over the plateau": kinetic_over_plateau,
 }
 FINDINGS: Final = CampaignFigure(

@@ -1,4 +1,4 @@
-"""Shear of nodes over their limit while the pin slides: a locked lattice at the middle, through which pulses travel."""
+"""Shear of nodes over their limit while the pin slides: a locked lattice at the middle, with trains of full and empty nodes."""
 
 from collections.abc import Iterator, Mapping
 from functools import partial
@@ -81,7 +81,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     """Left: shares of the load over shear over limit; right: shear over limit of each node, event by event, of one start."""
     n_x = min(DRAWN["n_x"], int(dataset["n_x"].values[-1]))
     case = {**DRAWN, "n_x": n_x}
-    with column(2.8, PAGE) as figure:
+    with column(3.0, PAGE) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(2, 3))
         for color, scheme in enumerate(dataset["scheme"].values.tolist()):
             for dashes, spread in zip(DASHES, dataset["spread"].values.tolist(), strict=False):
@@ -90,7 +90,7 @@ def draw(dataset: xr.Dataset) -> Figure:
                 left.stairs(shares, TENTHS, color=marked(color)["color"], linestyle=dashes, label=label)
         left.axhline(0.1, color="0.5", linestyle=":", label="evenly")
         left.set(xlabel=typeset("shear over limit"), ylabel="share of the load")
-        left.legend(fontsize=6)
+        figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=5)
         frames = [dataset.nanoslip.contact(event=event, start=0.0, **case) for event in events_of(dataset, **case)[:-1]]
         picture = np.full((len(frames), n_x), np.nan)
         for row, contact in enumerate(frames):
@@ -127,7 +127,8 @@ SHARES: Final = CampaignFigure(
     "shares",
     "What nodes carry of their limit, in plane strain",
     "Left: share of the load on nodes by their shear over limit, at 129 nodes, means over 16 starts. Right: shear over limit of "
-    "every node of one start, event by event (half-plane, equal nodes): a lattice near one half, and pulses. Table: means over "
+    "every node of one start, event by event (half-plane, equal nodes): a lattice near one half, and trains of full and empty "
+    "nodes. Table: means over "
     "16 starts and their ±; late: 2000 events later.",
     draw,
     claims,

@@ -17,7 +17,7 @@ print(check_output("nanoslip figure", shell=True, text=True))
 print(check_output("nanoslip figure fig6 fig7 --into results --format png", shell=True, text=True))
 
 # %%
-# **What it means.** Plateaus and coefficients agree with the paper to 2-7 %; remarks give reasons for differences.
+# **What it means.** Plateaus and coefficients agree with the paper to 2-8 %; remarks give reasons for differences.
 # The manifests are the shipped campaigns ``figures/...`` (``nanoslip campaigns``).
 #
 # **What it costs.** Seconds for each figure; ``choices`` and ``continuum`` a quarter of an hour each.

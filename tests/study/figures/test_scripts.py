@@ -26,7 +26,7 @@ from choices import CAP, NEAR, Scored, effective_number, ranking
 from continuum import EXCESS, STEP, followed, law, verdict
 from drive import closed_form, decay_time, stick_of
 from edge import closed_form as excess_of_slip_weakening
-from findings import Starts, all_starts, slope_of_kinetic
+from findings import Starts, all_starts, halving_frequency, slope_of_kinetic
 from friction import claims_of_share, share_of
 from grid import grid_of, volume
 from layers import COLUMNS, POISSON, of_scheme, value as layer_value
@@ -663,3 +663,10 @@ def test_the_excess_of_slip_weakening_falls_as_the_spacing_to_two_thirds() -> No
         kappa = (1.0 / 0.52 - 1.0) * math.sqrt(2.0 * spacing)
         assert excess_of_slip_weakening(spacing, 0.52) == pytest.approx(3.0 * (kappa / 4.0) ** (4.0 / 3.0), rel=0.01)
     assert excess_of_slip_weakening(0.1, 1.0) == 0.0
+
+
+def test_half_of_the_variance_of_two_waves_lies_above_the_slower_one() -> None:
+    """Amplitudes 2 and 3: the slower wave has 4/13 of the variance, so that the faster one's frequency halves it."""
+    x = np.linspace(0.0, 2.0, 4001)
+    force = 2.0 * np.sin(2.0 * np.pi * 5.0 * x) + 3.0 * np.sin(2.0 * np.pi * 40.0 * x)
+    assert halving_frequency(x, force) == pytest.approx(40.0, rel=0.02)
