@@ -70,12 +70,28 @@ def is_edited(path: Path) -> bool:
     False for a damaged file, and for one that is none of nanoslip's.
     """
     try:
-        if is_no_file(path) or seal_of(path) is not None:
+        # Where only the line is damaged there is more behind what HDF5 takes for the end.
+        if is_no_file(path) or seal_of(path) is not None or _end_of_hdf5(path) != path.stat().st_size:
             return False
         with netCDF4.Dataset(path) as found:
             return FORMAT in found.ncattrs()
     except _REFUSALS:
         return False
+
+
+def _end_of_hdf5(path: Path) -> int:
+    """Bytes of a file as its superblock states them (HDF5 File Format Specification, II.A); 0 of another file."""
+    with path.open("rb") as file:
+        begin = file.read(_SUPERBLOCK)
+    if len(begin) < _SUPERBLOCK or not begin.startswith(b"\x89HDF\r\n\x1a\n"):
+        return 0
+    at = _END_AT.get(begin[8], 0)
+    return int.from_bytes(begin[at : at + 8], "little") if at else 0
+
+
+_SUPERBLOCK: Final = 64
+_END_AT: Final = {0: 40, 1: 44, 2: 28, 3: 28}
+"""Version of a superblock -> place of its end-of-file address, with addresses of eight bytes."""
 
 
 def keep_edited(path: Path) -> Path | None:

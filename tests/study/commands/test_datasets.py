@@ -131,6 +131,18 @@ def test_a_current_dataset_keeps_what_somebody_has_added(run, campaign, finished
     assert path.read_bytes() == whole
 
 
+@pytest.mark.parametrize("damage", ["a letter", "a part", "more"])
+def test_a_dataset_whose_last_line_is_damaged_is_written_anew_and_was_edited_by_nobody(run, finished, damage):
+    path = finished / file.FILE
+    whole = path.read_bytes()
+    path.write_bytes(
+        {"a letter": whole[:-20] + b"?" + whole[-19:], "a part": whole[:-20], "more": whole + b"?"}[damage]
+    )
+    assert run()[0] == 0
+    assert path.read_bytes() == whole
+    assert not list(finished.glob("*.set-aside-*"))
+
+
 def test_an_edited_dataset_that_is_written_anew_is_kept(run, campaign, finished):
     annotate(finished / file.FILE)
     whole = (finished / file.FILE).read_bytes()
