@@ -1,25 +1,28 @@
 """Commands that show results: report, figure, show, try, frames, profile, effects, explain."""
 
+import itertools
 import math
 import sys
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import click
 import xarray as xr
 
 from nanoslip.solver.case import Case, image_of
 from nanoslip.solver.contact.pin import roughness_slopes
+from nanoslip.solver.ensemble import FEWEST
 from nanoslip.solver.outcome import UNDONE, Ending, InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
 from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import SECONDS
 from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scene_seconds, scenes_of
+from nanoslip.study.accuracy.spending import LENGTHS, Sample, Spending, probed, spending
 from nanoslip.study.commands.answering import answer_of, ranking
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
 from nanoslip.study.commands.plans import BALL, plural, refusals
@@ -110,28 +113,88 @@ def _path_keys(stroke: str) -> dict[str, str]:
 
 
 PATIENCE: Final = 15.0
-"""Estimated core seconds that a reader waits for a case whose n_x is not given; a ball then has some 400 nodes in contact."""
+"""Estimated core seconds that a reader waits for a case whose n_x is not given."""
+PROBING: Final = 0.2
+"""Share of PATIENCE that a probe on few nodes may take, as estimated."""
+_DECIDED: Final = ("ensemble", "limits", "path")
+"""Tables of a campaign whose author decides about members and lengths."""
+
+
+class _Choice(NamedTuple):
+    """The content of a campaign with one grid, its estimated core seconds and bytes, and the choice of members and length."""
+
+    content: dict[str, Any]
+    seconds: float
+    memory: float
+    spending: Spending | None
+
+    @property
+    def cost(self) -> str:
+        """Time, and memory from a gigabyte on, in words."""
+        return roughly(self.seconds) + (f" and {self.memory / 1e9:.1f} GB" if self.memory >= 1e9 else "")
 
 
 def _on_quick_grid(content: dict[str, Any]) -> Iterator[str]:
-    """Give a case without n_x the finest grid, up to the default, that takes at most PATIENCE; report the times of finer ones.
+    """Give a case without n_x the finest grid, up to the default, that takes at most PATIENCE; report the costs of finer ones.
 
-    A given n_x is left; its time is reported if it is longer.
+    Where that takes longer than PATIENCE and the case slides, members and lengths that nobody gave are chosen by a probe
+    (`spending`). A given n_x stays; its cost is reported if it is longer.
     """
-    numerics, finest = content.get("numerics", {}), Slab().n_x
-    grids = [numerics["n_x"]] if "n_x" in numerics else [(finest - 1) // part + 1 for part in (1, 2, 4, 8)]
-    times = dict[int, float]()
-    for n_x in grids:
-        plan = make_plan(api.manifest_of(content | {"numerics": {**numerics, "n_x": n_x}}))
-        times[n_x] = sum(task.cost for task in plan.tasks)
-        if times[n_x] <= PATIENCE:
-            break
-    else:  # fewer nodes do not help
-        yield f"estimated time: {roughly(times[grids[0]])}"
+    given = content.get("numerics", {}).get("n_x")
+    spaces = (given or Slab().n_x) - 1
+    grids = [spaces // part + 1 for part in (1, 2, 4, 8)]
+    usual = _choice(content, grids[0])
+    if usual.seconds <= PATIENCE:
         return
-    if longer := [f"n_x = {each} takes {roughly(seconds)}" for each, seconds in times.items() if each != n_x]:
-        content["numerics"] = {**numerics, "n_x": n_x}
-        yield f"n_x = {n_x}, for an answer in seconds; {', '.join(reversed(longer))}"
+    samples = [] if content.keys() & {*_DECIDED} or "slip" not in content["stages"] else _probed(content, grids)
+    choices = {n_x: _choice(content, n_x, samples) for n_x in (grids[:1] if given else grids)}
+    quick = [n_x for n_x, each in choices.items() if each.seconds <= PATIENCE]
+    n_x = quick[0] if quick else grids[0]
+    chosen = choices[n_x]
+    if given or quick:
+        content |= chosen.content
+    if not quick:  # fewer nodes do not help
+        yield f"estimated time: {chosen.cost}"
+    elif longer := [f"n_x = {each} takes {choices[each].cost}" for each in reversed(choices) if each > n_x]:
+        yield f"n_x = {n_x}, for an answer in seconds; {', '.join(longer)}"
+    if found := chosen.spending:
+        error, change = (f"{100.0 * share:.1g} %" for share in (found.error, found.change))
+        yield (
+            f"{found.members} starts of {found.presliding:g} presliding lengths: their ± is about {error} of friction, and half "
+            f"the node spacing changes it by about {change} (estimated on n_x = {samples[0][0].n_x})"
+        )
+        half = 2 * (n_x - 1) + 1
+        if half not in choices:
+            with suppress(ManifestError):  # beyond the largest grid of its scheme
+                yield f"half the node spacing, n_x = {half}, takes {_choice(content, half, samples).cost}"
+
+
+def _choice(content: dict[str, Any], n_x: int, samples: Sequence[tuple[Sample, Sample]] = ()) -> _Choice:
+    """A grid, and members and lengths of records if samples tell which are enough."""
+    on_grid = content | {"numerics": {**content.get("numerics", {}), "n_x": n_x}}
+    found = spending(samples, n_x)
+    if found:
+        on_grid |= {"ensemble": {"members": found.members}, "limits": {"presliding": found.presliding}}
+    tasks = make_plan(api.manifest_of(on_grid)).tasks
+    seconds = sum(task.cost for task in tasks)
+    if found:
+        seconds += max(samples[-1][0].excess, 0.0) * found.members * found.presliding
+    return _Choice(on_grid, seconds, max(task.memory for task in tasks), found)
+
+
+def _probed(content: dict[str, Any], grids: Sequence[int]) -> list[tuple[Sample, Sample]]:
+    """Samples on the finest of these grids that is quick enough for a probe, and on the next coarser one; none if none is."""
+
+    def manifest_at(n_x: int, presliding: float) -> Manifest:
+        short = {"ensemble": {"members": FEWEST}, "limits": {"presliding": presliding}}
+        return api.manifest_of(content | short | {"numerics": {**content.get("numerics", {}), "n_x": n_x}})
+
+    for fine, coarse in itertools.pairwise(grids):
+        plan = make_plan(manifest_at(fine, LENGTHS[0]))
+        if sum(task.cost for task in plan.tasks) <= PROBING * PATIENCE:
+            with suppress(ManifestError):  # a coarse grid that the scheme does not take
+                return list(probed(manifest_at, (fine, coarse)))
+    return []
 
 
 def _idle(given: Mapping[str, str], contact: bool) -> Iterator[str]:

@@ -81,7 +81,9 @@ def duration(seconds: float) -> str:
 
 
 SILENCE = 10.0
-"""Seconds between plain lines."""
+"""Seconds between plain lines at first."""
+PATIENCE = 0.25
+"""Seconds between plain lines over those that have passed: a long run writes a line whenever a quarter more has passed."""
 
 BAR, OTHERS = 20, 72
 """Characters of a bar on a terminal, and of all other columns beside the name of a task."""
@@ -92,6 +94,8 @@ class Progress:
 
     A thread reports: a single task may take longer than that.
     """
+
+    _every = PATIENCE
 
     def __init__(
         self, tasks: Sequence[Work], stream: TextIO, ranks: int = 1, measured: MeasuredTimes | None = None
@@ -120,7 +124,7 @@ class Progress:
         self._last = time.monotonic()
 
     def _report(self) -> None:
-        while not self._left.wait(SILENCE):
+        while not self._left.wait(max(SILENCE, self._every * (time.monotonic() - self._start))):
             self._show()
 
     def _begin(self) -> None:
@@ -142,9 +146,12 @@ class Progress:
         """Time passed, or tasks per second so far once some are done, and the remaining time, as text."""
         now = time.monotonic()
         passed, left = now - self._start, self._forecast.seconds - (now - self._last)
-        late = left < 0.0 and self._done < self._count
         rate = f"{self._done / passed:.2g} per s" if self._done / passed >= 1.0 else f"{duration(passed)}"
-        return rate, "longer than estimated" if late else f"about {duration(max(left, 0.0))} left"
+        if left < 0.0 and self._done < self._count:
+            # All that is known is that the estimate was too short: if no scale of time is more likely than another, what is
+            # left is as likely longer as shorter than what has passed (Gott, Nature 363, 315, 1993).
+            return rate, f"late, {roughly(now - self._last)} left"
+        return rate, f"about {duration(max(left, 0.0))} left"
 
     def _print(self, line: str) -> None:
         self._stream.write(line + "\n")
@@ -153,6 +160,8 @@ class Progress:
 
 class TerminalProgress(Progress):
     """A bar that moves with the work done, and never back if estimates rise."""
+
+    _every = 0.0  # its line is rewritten
 
     def __init__(
         self, tasks: Sequence[Work], console: Any, ranks: int = 1, measured: MeasuredTimes | None = None

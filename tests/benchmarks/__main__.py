@@ -12,7 +12,9 @@ from tests.benchmarks.table import as_rows
 from tests.written_tables import show
 
 NAMES = (
+    "machine",
     "sliding",
+    "ball",
     "events",
     "growth",
     "half_plane",

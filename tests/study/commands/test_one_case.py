@@ -7,6 +7,8 @@ import pytest
 from rich.cells import cell_len
 
 from nanoslip.study import api
+from nanoslip.study.accuracy.spending import Sample
+from nanoslip.study.commands import look
 from nanoslip.study.commands.datasets import assignments, chosen
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.cases import campaign_of, expand, tables
@@ -308,27 +310,38 @@ def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_computed(m
         assert main("try", *QUICK, "-o", name) == (2, "", said)
 
 
+SAMPLES = [(Sample(33, 4.0, 0.44, 0.001, 0.0, 0.05), Sample(17, 4.0, 0.48, 0.001, 0.0, 0.05))]
+"""A probe of a ball: 9 % by twice the spacing, members that scatter by 0.1 %."""
+
+
 @pytest.mark.parametrize(
-    ("given", "n_x"),
+    ("given", "samples", "chosen"),
     [
-        ("", None),
-        ("--critical", None),
-        ("scheme=half_space", 33),
-        ("scheme=half_space radius=20", 65),
-        ("scheme=half_space n_x=33", 33),
+        ("", SAMPLES, (None, None, None)),
+        ("--critical", SAMPLES, (None, None, None)),
+        ("scheme=half_space", [], (33, None, None)),
+        ("scheme=half_space", SAMPLES, (33, 3, 4.0)),
+        ("scheme=half_space radius=100", SAMPLES, (65, 3, 4.0)),
+        ("scheme=half_space n_x=65", SAMPLES, (65, 3, 4.0)),
+        ("scheme=half_space members=5", SAMPLES, (33, 5, None)),
+        ("scheme=half_space n_x=33", SAMPLES, (33, None, None)),
     ],
 )
-def test_a_case_without_nodes_has_the_finest_grid_that_answers_in_seconds(main, monkeypatch, given, n_x):
-    """None is the default. A plane of 129 by 129 nodes would take hours."""
+def test_time_is_spent_on_what_decides(main, monkeypatch, given, samples, chosen):
+    """None is the default. What is not given is chosen: members and length by a probe if the usual ones are slow, and the finest
+    grid that answers in seconds; the cost of finer ones is reported."""
     tried = []
 
     def run(content, **_):
-        tried.append(content.get("numerics", {}).get("n_x"))
+        keys = (("numerics", "n_x"), ("ensemble", "members"), ("limits", "presliding"))
+        tried.append(tuple(content.get(table, {}).get(key) for table, key in keys))
         raise Refusal("enough")
 
     monkeypatch.setattr(api, "run", run)
+    monkeypatch.setattr(look, "probed", lambda *_: samples)
     _, _, said = main("try", *given.split())
-    assert (tried, "n_x = 129 takes" in said) == ([n_x], n_x in (33, 65) and "n_x=33" not in given)
+    assert tried == [chosen]
+    assert ("n_x = 129" in said) == (bool(given) and given not in ("--critical", "scheme=half_space n_x=33"))
 
 
 def test_a_task_that_failed_is_no_answer(main, monkeypatch):

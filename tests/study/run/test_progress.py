@@ -12,7 +12,7 @@ import rich.console
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.study.plan.kinds import compliance_task, record_task
 from nanoslip.study.run.dispatch import MeasuredTimes
-from nanoslip.study.run.progress import Progress, TerminalProgress, TimeForecast, duration, makespan, roughly
+from nanoslip.study.run.progress import SILENCE, Progress, TerminalProgress, TimeForecast, duration, makespan, roughly
 from tests.study.plan.running import CASE
 from tests.study.run.made_up import Work
 
@@ -187,4 +187,27 @@ def test_a_task_that_takes_longer_than_estimated_is_reported_while_it_runs(monke
         progress(TASKS[0], COMPLETED, 0.001)
         while said.getvalue().count("\n") < 2:
             pass
-    assert re.search(r"^1 of 2 tasks, .*: record$", said.getvalue(), re.M)
+    assert re.search(r"^1 of 2 tasks, .*late, about [\d.e-]+ s left: record$", said.getvalue(), re.M)
+
+
+def test_lines_of_a_long_run_are_as_many_as_its_time_has_quarters(monkeypatch):
+    """A log of an hour has some thirty lines, not hundreds."""
+    waits = []
+
+    class Clock:
+        now = 0.0
+
+        def is_over(self, seconds):
+            waits.append(seconds)
+            self.now += seconds
+            return self.now > 3600.0
+
+    clock = Clock()
+    progress = Progress(TASKS, io.StringIO())
+    monkeypatch.setattr("nanoslip.study.run.progress.time.monotonic", lambda: clock.now)
+    monkeypatch.setattr(progress._left, "wait", clock.is_over)
+    progress._start = progress._last = 0.0
+    progress._report()
+    assert waits[0] == SILENCE
+    assert waits == sorted(waits)
+    assert 10 < len(waits) < 40

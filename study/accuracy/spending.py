@@ -1,0 +1,111 @@
+"""Members and length of the records of a case whose author gave none of them: time is spent on what decides its number.
+
+Two things decide a plateau beside the case itself: where its starts are, and the spacing of its nodes. Members and long records
+reduce the first, which is ±; only more nodes reduce the second. A probe of few nodes measures both. Members and length are then
+the fewest with which ± is a tenth of what half the node spacing would change; what is saved is left for more nodes.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of, student
+from nanoslip.solver.parameter import SHARED_ERROR
+from nanoslip.study.accuracy.effects import Done, compute_tasks, scalar_key, scene_tasks
+from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.manifest import USUAL_MEMBERS, Manifest
+from nanoslip.study.manifest.parameters import LIMITS
+from nanoslip.study.plan.cost import estimate
+
+SHARE: Final = 0.1
+"""± over the change by half the node spacing: in quadrature it adds half a percent to that."""
+USUAL_LENGTH: Final = float(LIMITS["max_presliding"])
+LENGTHS: Final = (USUAL_LENGTH / 2.0, USUAL_LENGTH)
+"""Lengths of a record in presliding lengths. A plateau begins after 1.5 of them: half of the usual length has 2.5 on it."""
+NUMBER: Final = "plateau_mean"
+"""The number that is probed: others of friction follow it."""
+ManifestOf = Callable[[int, float], Manifest]
+"""n_x and the length of a record in presliding lengths -> the campaign of a case."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """The number on one grid, from FEWEST members."""
+
+    n_x: int
+    presliding: float
+    mean: float
+    scatter: float
+    """Standard deviation of the members over the mean; NaN if one of them has no number."""
+    shared: float
+    """Error that all members share, over the mean."""
+    excess: float
+    """Core seconds beyond the estimated ones, over members and presliding lengths: what every event costs beside its nodes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spending:
+    """Members and length of records for a grid."""
+
+    members: int
+    presliding: float
+    error: float
+    """Expected ± of the starts, relative."""
+    change: float
+    """Expected change of the number by half the node spacing, relative."""
+
+    @property
+    def share_of_usual(self) -> float:
+        """Time of the records over that of the usual members and length."""
+        return self.members * self.presliding / (USUAL_MEMBERS * USUAL_LENGTH)
+
+
+def probed(manifest_of: ManifestOf, grids: Sequence[int]) -> Iterator[tuple[Sample, Sample]]:
+    """Samples on a fine and a coarse grid, `grids`, with each length of record that has a plateau on both."""
+    done: Done = {}
+    for (
+        n_x
+    ) in grids:  # loads libraries, compiles kernels and computes compliances, which larger grids do not take longer for
+        compute_tasks(_tasks(manifest_of(n_x, LENGTHS[0]), Ensemble()), done)
+    for presliding in LENGTHS:
+        fine, coarse = (_sample(manifest_of(n_x, presliding), n_x, presliding, done) for n_x in grids)
+        if math.isfinite(fine.scatter + coarse.scatter):
+            yield fine, coarse
+
+
+def spending(samples: Sequence[tuple[Sample, Sample]], n_x: int) -> Spending | None:
+    """The cheapest members and length on a grid with which ± is SHARE of the change by half its spacing; None if there are none.
+
+    The change is of first order in the spacing: it is extrapolated from both grids of the samples. Members scatter less on finer
+    grids, so that their scatter on the probe's is a bound.
+    """
+    found = []
+    for fine, coarse in samples:
+        between = (fine.n_x - 1) / (coarse.n_x - 1) - 1.0  # change of the spacing over the finer one
+        change = abs(coarse.mean / fine.mean - 1.0) / between * (fine.n_x - 1) / (n_x - 1) / 2.0
+        for members in range(FEWEST, USUAL_MEMBERS + 1):
+            starts = float(student(members)) * fine.scatter / math.sqrt(members)
+            error = math.hypot(starts, fine.shared)
+            if error <= SHARE * change:
+                found.append(Spending(members, fine.presliding, error, change))
+    return min(found, key=lambda each: each.share_of_usual, default=None)
+
+
+def _sample(manifest: Manifest, n_x: int, presliding: float, done: Done) -> Sample:
+    tasks = _tasks(manifest, Ensemble(FEWEST, places=manifest.ensemble.places))
+    compute_tasks(tasks, done)
+    result, _ = done[tasks[-1][1].key]
+    excess = sum(done[task.key][1] - estimate(task)[0] for _, task in tasks) / (FEWEST * presliding)
+    key = scalar_key(NUMBER, result)
+    values = np.array(result.scalars.get(key, [math.nan] * FEWEST), float)
+    shared = float(result.scalars.get(f"{key}{SHARED_ERROR}", [0.0])[0])
+    mean = float(mean_of(values).mean)
+    return Sample(n_x, presliding, mean, float(values.std(ddof=1)) / abs(mean), shared / abs(mean), excess)
+
+
+def _tasks(manifest: Manifest, ensemble: Ensemble) -> list[tuple[str, Any]]:
+    case = expand(manifest)[0].case
+    return scene_tasks(manifest, case, {}, ensemble, (NUMBER,)) if case else []

@@ -1,0 +1,74 @@
+"""Members and length of records that nobody gave: ± is a tenth of what half the node spacing changes, at the lowest cost."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from nanoslip.solver.ensemble import FEWEST, student
+from nanoslip.study import api
+from nanoslip.study.accuracy.spending import LENGTHS, SHARE, Sample, probed, spending
+from nanoslip.study.manifest.manifest import USUAL_MEMBERS, Manifest
+
+SHORT, LONG = LENGTHS
+FINE = Sample(33, SHORT, 0.44, 0.001, 0.0, 0.0)
+COARSE = replace(FINE, n_x=17, mean=0.48)
+
+
+def at(presliding: float, scatter: float, shared: float = 0.0) -> tuple[Sample, Sample]:
+    return tuple(replace(each, presliding=presliding, scatter=scatter, shared=shared) for each in (FINE, COARSE))  # type: ignore[return-value]
+
+
+def test_the_change_by_half_the_spacing_is_of_first_order_in_it() -> None:
+    """From 17 to 33 nodes by 9 %: then by half of that to 65 nodes, a quarter to 129."""
+    samples, whole = [at(SHORT, 1e-6)], COARSE.mean / FINE.mean - 1.0
+    for n_x, part in ((33, 2.0), (65, 4.0), (129, 8.0)):
+        found = spending(samples, n_x)
+        assert found is not None
+        assert found.change == pytest.approx(whole / part, rel=1e-12)
+
+
+def test_as_few_members_as_the_change_allows_and_no_more_than_usual() -> None:
+    change = (COARSE.mean / FINE.mean - 1.0) / 4.0
+    for members in range(FEWEST, USUAL_MEMBERS + 1):
+        scatter = 0.999 * SHARE * change * math.sqrt(members) / float(student(members))
+        found = spending([at(SHORT, scatter)], 65)
+        assert found is not None
+        assert found.members == members
+        assert found.error <= SHARE * found.change
+    assert spending([at(SHORT, 10.0 * SHARE * change)], 65) is None
+    assert spending([at(SHORT, 1e-9, shared=1.1 * SHARE * change)], 65) is None
+    assert spending([], 65) is None
+
+
+def test_long_records_are_chosen_where_short_ones_need_more_time() -> None:
+    """Three members of the long length take as long as six of the short one."""
+    change = (COARSE.mean / FINE.mean - 1.0) / 4.0
+    enough = {members: 0.999 * SHARE * change * math.sqrt(members) / float(student(members)) for members in (3, 5, 8)}
+    for short, long, chosen in ((3, 3, (3, SHORT)), (5, 3, (5, SHORT)), (8, 3, (3, LONG))):
+        found = spending([at(SHORT, enough[short]), at(LONG, enough[long])], 65)
+        assert found is not None
+        assert (found.members, found.presliding) == chosen
+
+
+def test_a_probe_has_the_numbers_of_campaigns_of_its_own() -> None:
+    content: dict[str, Any] = {
+        "title": "x",
+        "stages": ["contact", "slip"],
+        "constants": {"radius": 50.0, "intrinsic_friction": 0.25},
+        "ensemble": {"members": FEWEST},
+    }
+
+    def at_length(n_x: int, presliding: float) -> dict[str, Any]:
+        return content | {"numerics": {"n_x": n_x}, "limits": {"presliding": presliding}}
+
+    def manifest_of(n_x: int, presliding: float) -> Manifest:
+        return api.manifest_of(at_length(n_x, presliding))
+
+    for samples in probed(manifest_of, (17, 9)):
+        for each in samples:
+            run = api.run(at_length(each.n_x, each.presliding), progress=False)
+            assert each.mean == run["plateau_mean"].item()
+            stated = math.hypot(float(student(FEWEST)) * each.scatter / math.sqrt(FEWEST), each.shared) * each.mean
+            assert stated == pytest.approx(run["plateau_mean_uncertainty"].item(), rel=1e-9)
