@@ -47,6 +47,8 @@ TRACE_SYMBOLS: Final = {
 SENTENCES: Final = {
     "strokes": "forces of both signs are {strokes} strokes, cut where the sign changes: friction is half their difference, the "
     "offset half their sum, ± over strokes",
+    "inertia": "after its largest force of {peak:.4g}{unit} the pin slides on and rings: that is inertia, V√(km), above "
+    "friction; μ_s is from a fit of Eq. 16-19 to the pull, and missing where they do not fit",
     "load_changes": "the normal load changes from {low:.3g} to {high:.3g} N, so friction is a line over it; parts at rest "
     "are left out, ± is over eighths of the trace",
     "strokes_drift": "the force of all strokes drifts by {rate:.2g}{unit} each {over}: subtracted",

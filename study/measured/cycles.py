@@ -172,3 +172,41 @@ def _motion(
     slides = (time >= start) & (time < stop)
     stuck = np.where(time < start, static + rate * (time - start), trough + rate * (time - stop))
     return _Motion(np.where(slides, moving, stuck), pin, trough)
+
+
+class RingDown(NamedTuple):
+    """A pull whose pin slides on and rings: its forces of friction and the rate of its rise, as value and standard error."""
+
+    static: tuple[float, float]
+    rate: tuple[float, float]
+
+
+def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: float) -> RingDown | None:
+    """Fit Eq. 16-19 to a pull from the sample where its force begins to rise: a stick, and one slip that ends in sliding.
+
+    The pin then comes to the stage's velocity V by overshoot, so its force by V√(km) above friction: no part of friction. None
+    where the fit leaves more than a tenth of the first fall.
+    """
+    time, values = at[begin:], force[begin:]
+    period = float(np.median(np.diff(at[peaks])))
+    fall = float(force[peaks[0]] - force[peaks[0] : peaks[1]].min())
+    reached = float(at[begin + int(np.argmax(values >= level))])
+    first = [reached, level, level, math.log(2.0 * math.pi / period), 0.05, level / (reached - float(at[begin]))]
+    scale = np.array([period, fall, fall, 1.0, 1.0, fall / period])
+
+    def misfit(unknown: Floats) -> Floats:
+        start, static, kinetic, log_omega, zeta, rate = (unknown * scale).tolist()
+        return (_motion(time, start, static, kinetic, rate, math.exp(log_omega), zeta).force - values) / fall
+
+    low, high = np.full(6, -np.inf), np.full(6, np.inf)
+    low[4], high[4] = 0.0, 0.9
+    best = scipy.optimize.least_squares(
+        misfit, np.array(first) / scale, bounds=(low, high), diff_step=np.full(6, 1e-6), max_nfev=100
+    )
+    left = float(np.mean(best.fun**2))
+    if left > LEAST_DROP**2:
+        return None
+    slopes = np.asarray(best.jac)
+    errors = scale * np.sqrt(np.diag(np.linalg.pinv(slopes.T @ slopes)) * left)
+    value = best.x * scale
+    return RingDown((float(value[1]), float(errors[1])), (float(value[5]), float(errors[5])))

@@ -17,7 +17,7 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT_CHANGE
 from nanoslip.solver.ensemble import FEWEST
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.study.measured.cycles import RESOLVED, Cycle, FittedCycles, fitted_cycles
+from nanoslip.study.measured.cycles import RESOLVED, Cycle, FittedCycles, fitted_cycles, ring_down
 from nanoslip.study.measured.loops import Loops, measure_loops
 from nanoslip.study.measured.means import (
     VALUE_BATCHES,
@@ -34,6 +34,7 @@ from nanoslip.study.measured.slips import (
     Stroke,
     TraceSlip,
     averaged,
+    begin_of_rise,
     breakaway,
     end_of_pull,
     ramp,
@@ -276,6 +277,16 @@ def _of_averaged(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
     if slides and not backward:
         numbers |= _sliding(trace, averages._replace(slips=slips), pull, flags)
         rates = rates[:1] or ramp(at, force, float(np.median(force)))
+        if len(slips) > FEWEST and _decays(force, slips):
+            numbers.pop("static_friction", None)
+            rates = []
+            peaks = [slip.peak for slip in slips]
+            level = float(np.median(force[peaks[-1] :]))
+            ringing = ring_down(at, force, begin_of_rise(force, peaks[0]), peaks, level)
+            flags.append(TraceFlag("inertia", {"peak": float(force[peaks[0]]), **_units(trace, pull)}))
+            if ringing:
+                numbers["static_friction"] = Measured(*ringing.static, 1, pull.unit)
+                rates = [ringing.rate[0]]
     if rates:
         numbers |= _stiffness(trace, pull.newtons * np.array(rates[1:] or rates), pull.velocity, pull.load)
     if any(cut):
@@ -284,6 +295,11 @@ def _of_averaged(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
     if not (FRICTIONS & numbers.keys() or SILENCING & {flag.name for flag in flags}):
         flags.append(TraceFlag("no_friction", {}))
     return TraceNumbers(numbers, cycles if not any(cut) else (), tuple(flags))
+
+
+def _decays(force: Floats, slips: Sequence[TraceSlip]) -> bool:
+    """True if each peak is below the one before: a pin that slides on and rings, not one that sticks again."""
+    return bool((np.diff(force[[slip.peak for slip in slips]]) < 0.0).all())
 
 
 def _within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Floats, unit: str) -> dict[str, Measured]:
