@@ -149,7 +149,7 @@ class CoulombContact:
             # Heights count from their middle: out on a sharp pin they are larger than all the load moves by far.
             middle = float(height.mean())
             given = np.concatenate((self.u[nodes], height - middle, [-self.normal_load]))
-            answer, moved = self._respond(nodes, given, self.sliding * self.node_strength)
+            answer, moved = _respond(self, nodes, given, self.sliding * self.node_strength)
             self.u[nodes] += moved
             if np.abs(moved).max() <= 1e-14 * self.normal_load:
                 break
@@ -162,31 +162,10 @@ class CoulombContact:
         nodes = np.flatnonzero(self.contact)
         given = np.concatenate((np.full(len(nodes), pin_rate), np.zeros(len(nodes)), [-load_rate]))
         # Strengths do not change as the pin moves.
-        return _everywhere(self.compliance, nodes, self._respond(nodes, given, np.zeros_like(self.sliding))[0])
-
-    def _respond(self, nodes: NDArray[np.int64], given: Vector, unpressed: Vector) -> tuple[Vector, Vector]:
-        """Answer u, v and -load at the nodes in contact with f_x, f_z and approach, sliding nodes moved along the pin so that
-        they are at their limits; and by how much each has moved, (m,). unpressed: shear of sliding nodes without pressure, (n,).
-        """
-        m, slide, stiffness = len(nodes), np.flatnonzero(self.sliding[nodes]), self._stiffness
-        slope, share = self.pin.curvature * self.xi[nodes[slide]], (self.sliding * self.node_friction)[nodes[slide]]
-        lifted = m + slide
-        beyond = stiffness.take(lifted, 0)
-        beyond *= share[:, None]
-        beyond += stiffness.take(slide, 0)  # f_x + σ μ_i f_z, which is σ S at the limit: N is -f_z
-        lacking = unpressed[nodes[slide]] - beyond @ given
-        try:
-            moved = np.linalg.solve(beyond.take(slide, 1) + beyond.take(lifted, 1) * slope, lacking)
-        except np.linalg.LinAlgError as error:
-            raise SingularOperator(f"{m} nodes with Coulomb friction: singular; lower μ_i", "coulomb") from error
-        given, along = given.copy(), np.zeros(m)
-        given[slide] += moved
-        given[lifted] += slope * moved
-        along[slide] = moved
-        return stiffness @ given, along
+        return _everywhere(self.compliance, nodes, _respond(self, nodes, given, np.zeros_like(self.sliding))[0])
 
     @property
-    def _stiffness(self) -> Floats:
+    def stiffness(self) -> Floats:
         """Forces and approach per u, v and -load at the nodes in contact, (2m + 1, 2m + 1)."""
         self._set_up = _set_up_for(self.compliance, self.contact, *self._set_up)
         return self._set_up[1]
@@ -223,6 +202,30 @@ def let_slide(solved: CoulombContact, node: int) -> None:
 def limit_of_all(solved: CoulombContact) -> float:
     """Friction force at which all nodes in contact slide, under the load of the case."""
     return contact_limit(solved.case, contact_area(solved.contact, solved.compliance.widths))
+
+
+def _respond(
+    solved: CoulombContact, nodes: NDArray[np.int64], given: Vector, unpressed: Vector
+) -> tuple[Vector, Vector]:
+    """Answer u, v and -load at the nodes in contact with f_x, f_z and approach, sliding nodes moved along the pin so that
+    they are at their limits; and by how much each has moved, (m,). unpressed: shear of sliding nodes without pressure, (n,).
+    """
+    m, slide, stiffness = len(nodes), np.flatnonzero(solved.sliding[nodes]), solved.stiffness
+    slope, share = solved.pin.curvature * solved.xi[nodes[slide]], (solved.sliding * solved.node_friction)[nodes[slide]]
+    lifted = m + slide
+    beyond = stiffness.take(lifted, 0)
+    beyond *= share[:, None]
+    beyond += stiffness.take(slide, 0)  # f_x + σ μ_i f_z, which is σ S at the limit: N is -f_z
+    lacking = unpressed[nodes[slide]] - beyond @ given
+    try:
+        moved = np.linalg.solve(beyond.take(slide, 1) + beyond.take(lifted, 1) * slope, lacking)
+    except np.linalg.LinAlgError as error:
+        raise SingularOperator(f"{m} nodes with Coulomb friction: singular; lower μ_i", "coulomb") from error
+    given, along = given.copy(), np.zeros(m)
+    given[slide] += moved
+    given[lifted] += slope * moved
+    along[slide] = moved
+    return stiffness @ given, along
 
 
 def _set_up_for(
