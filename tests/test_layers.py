@@ -195,7 +195,8 @@ APART = {
     "what users write: words, numbers, units, names": """commands.cli.work solver.parameter._short commands.datasets.assignments
         commands.infer commands.infer.read_numbers commands.infer.read_ranges figures.frames.events_of figures.points._values
         figures.points.points_named figures.shared.format_of measured.recording._words measured.units._in_symbols
-        manifest.vocabulary.beyond manifest.vocabulary.key_meant results.files.Shard.parse run.batch.seconds_of""",
+        manifest.vocabulary.beyond manifest.vocabulary.key_meant
+        manifest.vocabulary.otherwise results.files.Shard.parse run.batch.seconds_of""",
     "files of users": """measured.columns measured.columns._cells measured.columns._labels measured.columns._title
         measured.columns.read_cells measured.columns.read_columns manifest.surface""",
     "files of this program, their names and hashes": """dataset.file dataset.table.listed dataset.texts dataset.texts.decode_texts

@@ -17,7 +17,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.ensemble import FEWEST, Ensemble
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.parameter import Quantity
-from nanoslip.solver.sliding.validity import sliding_friction
+from nanoslip.solver.sliding.validity import expected_flags, sliding_friction
 from nanoslip.solver.view import with_error
 from nanoslip.study.accuracy.effects import Done, compute_tasks, scalar_key, scene_tasks
 from nanoslip.study.dataset.variables import DRIVE, alike_starts, by_name, factors, mean_in_dataset
@@ -56,7 +56,7 @@ class Spacing:
     """Node spacing over the case's own."""
     n_x: int
     value: float = math.nan
-    """Mean over FEWEST members; NaN if unknown."""
+    """Mean over as many members as the case has, or over FEWEST; NaN if unknown."""
     error: float = math.nan
     """Uncertainty by starts."""
     ending: str = ""
@@ -146,12 +146,16 @@ class _Search:
         return first
 
     def _on(self, factor: float) -> Case | None:
-        """The case with nodes this much further apart, about; None where its scheme or settings exclude that."""
+        """The case with nodes this much further apart, about; None where its scheme or settings exclude that, or where the grid
+        has a validity flag that the case's own has not: its number would be no measure of the spacing's influence."""
         own = zip(self.case.labels.names, self.case.values, strict=True)
         given = {**self.manifest.fixed, **{name: value for name, value in own if value is not None}}
         nodes = 2 * round(self._spaces / factor / 2) + 1  # all schemes take odd numbers alone
+        assert self.case.case is not None
         with suppress(InvalidInput):
-            return make_case({**given, "n_x": nodes}) if nodes != self._spaces + 1 else None
+            other = make_case({**given, "n_x": nodes})
+            doubts = {*expected_flags(other)} - {*expected_flags(self.case.case)}
+            return other if nodes != self._spaces + 1 and not doubts else None
         return None
 
     @property
@@ -161,7 +165,7 @@ class _Search:
 
     def _computed(self, other: Case) -> Spacing:
         found = Spacing(self._spaces / (other.slab.n_x - 1), other.slab.n_x)
-        tasks = self._tasks(other, Ensemble(FEWEST, places=self.manifest.ensemble.places))
+        tasks = self._affordable_tasks(other)
         last = next(task for _, task in reversed(tasks) if self.variable in names_of(KINDS[task.kind]))
         wanted = [task for _, task in tasks if task is last or task.kind == "record"]
         results = [result for task in wanted if self.kept and (result := self.kept.find(task.key))]
@@ -179,6 +183,15 @@ class _Search:
             results = [done[task.key][0] for task in wanted]
             _keep(results, self.kept)
         return self._with_value(found, results)
+
+    def _affordable_tasks(self, other: Case) -> list[tuple[str, Task]]:
+        """Of as many members as the case has if that takes no longer than allowed, else of FEWEST."""
+        own = self.manifest.ensemble
+        tasks = [
+            self._tasks(other, Ensemble(members, places=own.places)) for members in (max(own.likely, FEWEST), FEWEST)
+        ]
+        expected = sum(estimate(task)[0] for _, task in tasks[0])
+        return tasks[0] if (self.rate or 1.0) * expected <= self.most else tasks[1]
 
     def _with_value(self, found: Spacing, results: Sequence[TaskResult]) -> Spacing:
         """With the mean and its ± as a dataset would have them. results: of the record, if any, and last of the number's task."""

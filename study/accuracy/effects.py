@@ -111,14 +111,42 @@ OF_LOOPS: Final = ("loss_per_cycle", "turn_friction")
 """Main numbers of a campaign with paths."""
 
 
-def scene_seconds(scenes: Scenes) -> float:
-    """Estimated core seconds of these scenes with everything."""
-    of = (
-        scene_tasks(scenes.manifest, each.case, scenes.drives, scenes.ensemble, scenes.variables)
-        for each in scenes.cases
-        if each.case
-    )
-    return math.fsum(estimate(task)[0] for tasks in of for _, task in tasks)
+def comparison_seconds(scenes: Scenes) -> float:
+    """Estimated core seconds of these scenes with everything and without each effect; tasks that several need count once."""
+    found: dict[str, float] = {}
+    for each in scenes.cases:
+        assert each.case is not None
+        without = [(case, drives) for _, case, drives, problem in _left_out(scenes, each.case) if not problem]
+        for case, drives in [(each.case, scenes.drives), *without]:
+            for _, task in scene_tasks(scenes.manifest, case, drives, scenes.ensemble, scenes.variables):
+                found.setdefault(task.key, estimate(task)[0])
+    return math.fsum(found.values())
+
+
+class Verdict(NamedTuple):
+    """Effects by what leaving them out does to the numbers, at a tolerance."""
+
+    needed: tuple[str, ...]
+    """Some number changes by more than the tolerance, less twice its ±."""
+    negligible: tuple[str, ...]
+    """No number changes by more than the tolerance, plus twice its ±. Without a tolerance: no change is beyond twice its ±."""
+    unknown: tuple[str, ...]
+
+
+def verdict_of(found: Sequence[Influence], tolerance: float) -> Verdict:
+    """Sort effects by their changes. tolerance: relative; 0 without one."""
+    sorted_by = dict[str, list[str]](needed=[], negligible=[], unknown=[])
+    for effect in dict.fromkeys(each.effect for each in found):
+        own = [each for each in found if each.effect == effect]
+        changes = np.array([[abs(each.change), 2.0 * each.uncertainty] for each in own])
+        least, most = changes[:, 0] - changes[:, 1], changes[:, 0] + changes[:, 1]
+        if (least > tolerance).any():
+            sorted_by["needed"].append(effect)
+        elif (most <= tolerance).all() or (not tolerance and np.isfinite(most).all()):
+            sorted_by["negligible"].append(effect)
+        else:
+            sorted_by["unknown"].append(effect)
+    return Verdict(**{name: tuple(effects) for name, effects in sorted_by.items()})
 
 
 def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:

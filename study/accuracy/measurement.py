@@ -147,7 +147,7 @@ def measure_integrators(setup: Setup, effort: Effort) -> Diagram:
             rows.append({"integrator": "rk4", "step": step, "seconds": seconds, **errors})
     return Diagram(
         title="Dynamics",
-        reference="the exact integrator, which tests compare with DOP853",
+        reference="the exact integrator, which tests compare with DOP853; each RK4 row is one draw where motion is chaotic",
         series="integrator",
         shown=("integrator", "step", "seconds", "spring_force", "velocity"),
         error="velocity",

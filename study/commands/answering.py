@@ -201,7 +201,11 @@ def _beside(case: xr.Dataset, found: Deciding, value: float) -> Iterator[summary
     """Node spacing and drop of a slip as parts of a number's error, where they are known."""
     if found.computed:
         shares = {each: abs(each.value / value - 1.0) for each in found.computed}
-        known = [f"{times(each)} the spacing (n_x = {each.n_x}): {share:.1%}" for each, share in shares.items()]
+        own = float(case.get(f"{found.variable}_uncertainty", math.nan))
+        known = [
+            f"{times(each)} the spacing (n_x = {each.n_x}): {share:.1%} ± {math.hypot(own, each.error) / abs(value):.1%}"
+            for each, share in shares.items()
+        ]
         unknown = [missing_words(each) for each in found.spacings if not each.has_value]
         cure = "set n_x to the spacing of what slips on your surface"
         yield summary.Error(_SPACING, max(shares.values()), "; ".join([*known, *unknown, cure]))

@@ -21,7 +21,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
 from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import SECONDS
-from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scene_seconds, scenes_of
+from nanoslip.study.accuracy.effects import Influence, Scenes, comparison_seconds, influences, scenes_of, verdict_of
 from nanoslip.study.accuracy.spending import LENGTHS, Sample, Spending, probed, spending
 from nanoslip.study.commands.answering import answer_of, ranking
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
@@ -227,10 +227,8 @@ def show_effects(campaign: Path, cases: int, members: int | None) -> None:
 def print_changes(campaign: Path, scenes: Scenes) -> None:
     """Compute these scenes with everything and without each effect, and print the changes."""
     size = f"{plural(len(scenes.cases), 'case')}, {plural(scenes.ensemble.members, 'member')} each"
-    each = roughly(scene_seconds(scenes))
-    note(
-        f"{campaign}: computing {size}, with everything and without one effect at a time, each time {each}", stderr=True
-    )
+    time = roughly(comparison_seconds(scenes))
+    note(f"{campaign}: computing {size}, with everything and without one effect at a time, {time} in all", stderr=True)
     found, failures = influences(scenes)
     labels = (summary.label_text(each.parameters, scenes.manifest.stated_scales) for each in scenes.cases)
     print_sentences(f"case {number}: {label}" for number, label in enumerate(labels, start=1))
@@ -238,6 +236,7 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
     if not found:
         note("nothing to compare: no number of these cases depends on an effect that can be left out")
         return
+    print_sentences(_verdict(found, scenes.manifest.ensemble.within or 0.0))
     rows = tuple(map(_row, found))
     failed = frozenset(place for place, each in enumerate(found) if each.problems)
     print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed))
@@ -245,6 +244,18 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
         "change: mean over the cases, with ±. Below each effect: what leaves it out, and the range of the cases' changes, "
         "noise included. seconds ×: without it, over everything"
     )
+
+
+def _verdict(found: Sequence[Influence], tolerance: float) -> Iterator[str]:
+    """Effects that a number needs, does not need, and of which it is not known, each in a sentence."""
+    needed, negligible, unknown = (", ".join(effects) for effects in verdict_of(found, tolerance))
+    within = f"within {tolerance:.2g} ([target] within)" if tolerance else "beyond 2 ± ([target] within asks for less)"
+    if needed:
+        yield f"needed, {within}: {needed}"
+    if negligible:
+        yield f"{'not needed' if tolerance else 'not seen'}, {within}: {negligible}"
+    if unknown:
+        yield f"not known, {within}: {unknown}; more --members tell"
 
 
 def _row(each: Influence) -> tuple[str, ...]:

@@ -14,9 +14,16 @@ from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.file import Groups, LostGroupsError, groups_of, tree_of, with_texts
-from nanoslip.study.dataset.table import CASE, CaseRows, Selection, case_rows, hits_of, selected, selection_text
-from nanoslip.study.plan.kinds import MEMBER
+from nanoslip.study.dataset.file import LostGroupsError, groups_of, tree_of, with_texts
+from nanoslip.study.dataset.table import (
+    CASE,
+    CaseRows,
+    Selection,
+    case_rows,
+    selected,
+    selection_text,
+    with_coordinates,
+)
 
 
 def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Dataset, xr.Dataset]:
@@ -79,28 +86,6 @@ def along_si(root: xr.Dataset) -> xr.Dataset:
     return found
 
 
-# What the members of each case have, behind the means.
-
-
-def of_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
-    """A number of all members of each row, (members,) each: none of a row without a result, the row's own value alone of a
-    parameter and of anything that members do not have each."""
-    try:
-        groups = groups_of(rows.root)
-    except LostGroupsError:  # numbers alone, as those of joined campaigns
-        groups = Groups({})
-    for group_name, group in variables.all_groups().items():
-        held = groups.get(group_name)
-        if held is None or MEMBER not in group.samples or name not in held or not rows.has(group.id.name):
-            continue
-        first = variables.windows(held, group)[MEMBER]
-        number = {label: place for place, label in enumerate(held[group_name].values.tolist())}
-        places = [number.get(label) for label in rows.values(group.id.name).tolist()]
-        values = held[name].values
-        return [values[:0] if place is None else values[first[place] : first[place + 1]] for place in places]
-    return [np.array([value]) for value in rows.values(name)]
-
-
 # `dataset.nanoslip`: records, trajectories, contacts and events of a dataset, each with its case's scalars.
 
 FRICTION = ("event_force_before", "event_force_after")
@@ -132,22 +117,11 @@ class Accessor:
         return tree_of(self._dataset)
 
     def sel(self, **selection: Any) -> xr.Dataset:
-        """The cases that are selected, with all their numbers: as xarray's `sel`, and values may have units.
-
-        A single value drops its dimension, a list keeps it.
+        """The cases that are selected, as by xarray's `sel`; values may have units.
 
         >>> data.nanoslip.sel(normal_load="0.2 N")  # doctest: +SKIP
         """
-        found = self._dataset
-        for key, wanted in selection.items():
-            hits = hits_of(found, found.coords, key, wanted)
-            if hits.ndim > 1:
-                raise ValueError(f"{key}: varies along {', '.join(map(str, hits.dims))}; select one of these first")
-            for dim in hits.dims:
-                places = np.flatnonzero(hits.values)
-                single = np.ndim(wanted) == 0 and len(places) == 1
-                found = found.isel({dim: int(places[0]) if single else places})
-        return found
+        return with_coordinates(self._dataset, selection)
 
     def record(self, **selection: Any) -> xr.Dataset:
         """The friction record of one case over `event`, numbered from 1, with the coordinate `displacement`, and `event_drop`.
@@ -261,17 +235,18 @@ class Accessor:
         table = table.drop_vars([each for each in table.coords if each not in names])
         labels = {
             each: (sample, np.repeat(found.values(each)[here], counts), self._dataset[each].attrs)
-            for each in self._varying()
+            for each in _varying(self._dataset)
             if found.has(each)
         }
         numbers = np.concatenate([np.arange(0), *map(_numbers, counts)])
         labels[f"{sample}_number"] = (sample, numbers, {"long_name": f"number of the {sample}"})
         return table.assign_coords(labels)
 
-    def _varying(self) -> list[str]:
-        """Parameters that differ between cases or drives, and names of these."""
-        known = {*variables.parameters(), variables.DRIVE_NAME.name, "case_id", CASE}
-        return [str(name) for name, each in self._dataset.coords.items() if name in known and each.dims]
+
+def _varying(root: xr.Dataset) -> list[str]:
+    """Parameters that differ between cases or drives, and names of these."""
+    known = {*variables.parameters(), variables.DRIVE_NAME.name, "case_id", CASE}
+    return [str(name) for name, each in root.coords.items() if name in known and each.dims]
 
 
 xr.register_dataset_accessor("nanoslip")(Accessor)  # type: ignore[no-untyped-call]

@@ -10,10 +10,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
+from nanoslip.study.dataset.file import Groups, LostGroupsError, groups_of
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.dataset.variables import OUTCOMES, counts_of, in_si_too, parameters
+from nanoslip.study.dataset.variables import OUTCOMES, all_groups, counts_of, in_si_too, parameters, windows
 from nanoslip.study.manifest.cases import value_of
 from nanoslip.study.manifest.parameters import as_typed, names_by_word
+from nanoslip.study.plan.kinds import MEMBER
 from nanoslip.study.toml_text import from_toml
 
 Selection = Mapping[str, Any]
@@ -119,6 +121,20 @@ def hits_of(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: str,
     return hits
 
 
+def with_coordinates(root: xr.Dataset, selection: Selection) -> xr.Dataset:
+    """The cases with these coordinates: a single value drops its dimension, a list keeps it. Raises KeyError, ValueError."""
+    found = root
+    for key, wanted in selection.items():
+        hits = hits_of(found, found.coords, key, wanted)
+        if hits.ndim > 1:
+            raise ValueError(f"{key}: varies along {', '.join(map(str, hits.dims))}; select one of these first")
+        for dim in hits.dims:
+            places = np.flatnonzero(hits.values)
+            single = np.ndim(wanted) == 0 and len(places) == 1
+            found = found.isel({dim: int(places[0]) if single else places})
+    return found
+
+
 NEAR: Final = 1e-9
 """Relative difference by which a number may differ from a coordinate, as 0.3 from 0.1 + 0.2."""
 
@@ -196,3 +212,25 @@ def zipped(root: xr.Dataset) -> list[str]:
 
 def _manifest(root: xr.Dataset) -> dict[str, Any]:
     return from_toml(str(root.attrs.get("manifest", "")))
+
+
+# What the members of each case have, behind the means.
+
+
+def of_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
+    """A number of all members of each row, (members,) each: none of a row without a result, the row's own value alone of a
+    parameter and of anything that members do not have each."""
+    try:
+        groups = groups_of(rows.root)
+    except LostGroupsError:  # numbers alone, as those of joined campaigns
+        groups = Groups({})
+    for group_name, group in all_groups().items():
+        held = groups.get(group_name)
+        if held is None or MEMBER not in group.samples or name not in held or not rows.has(group.id.name):
+            continue
+        first = windows(held, group)[MEMBER]
+        number = {label: place for place, label in enumerate(held[group_name].values.tolist())}
+        places = [number.get(label) for label in rows.values(group.id.name).tolist()]
+        values = held[name].values
+        return [values[:0] if place is None else values[first[place] : first[place + 1]] for place in places]
+    return [np.array([value]) for value in rows.values(name)]

@@ -18,8 +18,7 @@ from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR, in_measure
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.access import of_members
-from nanoslip.study.dataset.table import CaseRows, Selection, selected, zipped
+from nanoslip.study.dataset.table import CaseRows, Selection, of_members, selected, zipped
 from nanoslip.study.manifest.parameters import as_written
 
 # Labels of variables and values on axes, in legends and in captions.
@@ -150,6 +149,8 @@ class Points:
     """True if numbers of this sort have an uncertainty, known or not."""
     critical_velocity: Floats
     """Velocity of the stage above which the pin no longer sticks, NaN if unknown; of regimes only."""
+    sources: tuple[str, ...]
+    """The variable, or the two of a ratio."""
     closed_form: Floats
     """A closed form to compare with; NaN without one."""
 
@@ -235,6 +236,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
         tuple(each for each in zipped(dataset) if each in axes),
         stated,
         rows.values(CRITICAL).astype(float) if name == "regime" and CRITICAL in dataset else np.full(len(rows), np.nan),
+        (name, over) if over else (name,),
         np.full(len(rows), np.nan),
     )
 
@@ -247,9 +249,8 @@ def _rows_of(dataset: xr.Dataset, names: Iterable[str], where: Selection) -> Cas
 
 def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
     """Standard deviation over the members of each of all points, also where the mean has no ±; NaN of fewer than two members."""
-    names = points.name.split("/")
-    rows = _rows_of(dataset, names, {})
-    columns = [of_members(rows, name) for name in names]
+    rows = _rows_of(dataset, points.sources, {})
+    columns = [of_members(rows, name) for name in points.sources]
     with np.errstate(divide="ignore", invalid="ignore"):
         values = columns[0] if len(columns) == 1 else [above / below for above, below in zip(*columns, strict=True)]
     return np.array([_deviation(each[np.isfinite(each)]) for each in values])

@@ -71,10 +71,10 @@ class Question:
     def plans(self, x: Floats, own_starts: bool = True) -> list[Plan]:
         """The cases at points (n, d) in the unit cube, in their order: a plan for each setting of the drives.
 
-        own_starts: see `_starts_of`; without them the cases are the campaign's own. Raises ManifestError.
+        own_starts: see `starts_of`; without them the cases are the campaign's own. Raises ManifestError.
         """
         values = np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)])
-        return self._plans(values, self._starts_of(values) if own_starts else {})
+        return self._plans(values, starts_of(values, self.places) if own_starts else {})
 
     def answer(self, compute: Compute, out: Path, most: int, why: Reasons) -> Fit:
         """Find the parameters that agree, from at most `most` computed points; finished points of the campaign are used.
@@ -106,7 +106,7 @@ class Question:
     def at(self, x: Floats) -> str:
         """The campaign at a point (d,) in the unit cube, as the text of a file."""
         values = np.array([own.at(x)[axis] for axis, own in enumerate(self.ranges)])
-        places = {name: column[0] for name, column in self._starts_of(values[None]).items()}
+        places = {name: column[0] for name, column in starts_of(values[None], self.places).items()}
         document = self._with({own.name: float(value) for own, value in zip(self.ranges, values, strict=True)} | places)
         return as_toml({**document, "outputs": {**document.get("outputs", {}), "trajectory": True}})
 
@@ -143,21 +143,6 @@ class Question:
             _fix(document, word, value)
         return document
 
-    def _starts_of(self, values: Floats) -> dict[str, list[float]]:
-        """Column of `places` -> its values at points (n, d): members come down elsewhere at each, so that errors are independent.
-
-        Members of equal load, pin and grid start at the same places: their means are all off by the same, which no further point
-        shows. The places follow from the point alone, so that it is the same case whenever it is computed.
-        """
-        drawn = [
-            np.random.PCG64(np.frombuffer(row.tobytes(), np.uint32)).random_raw(len(self.places)) for row in values
-        ]
-        columns = dict(zip(self.places, np.array(drawn, np.uint64).reshape(-1, len(self.places)).T, strict=True))
-        return {
-            name: (raws >> np.uint64(33)).tolist() if name == SEED else ((raws >> np.uint64(11)) * 2.0**-53).tolist()
-            for name, raws in columns.items()
-        }
-
     def _plans_of_some(self, x: Floats, own_starts: bool = True) -> list[Plan]:
         return self.plans(x, own_starts) if len(x) else []
 
@@ -185,31 +170,46 @@ class Question:
 
     def _points(self, x: Floats, plans: Sequence[Plan], store: Store, same_places: bool) -> ComputedPoint:
         """same_places: whether members come down at the same places at all points."""
-        parts = [self._numbers_of(plan, collect(plan, store)) for plan in plans]
+        parts = [_numbers_of(self.targets, plan, collect(plan, store)) for plan in plans]
         values, errors, starts, flags = (np.concatenate(each) for each in zip(*parts, strict=True))
         return ComputedPoint(x, values, errors, starts, errors if same_places else 0.0 * errors, flags.max(axis=1))
 
-    def _numbers_of(self, plan: Plan, dataset: xr.Dataset) -> tuple[NDArray[Any], ...]:
-        """Values, ±, standard deviations of a start, and validity flags, each (cases, targets)."""
-        found = [points_named(dataset, target.name) for target in self.targets]
-        if len({points.name for points in found}) < len(found):
-            raise ManifestError.of(", ".join(target.name for target in self.targets), need="each number once")
-        for target, points in zip(self.targets, found, strict=True):
-            if points.text:
-                raise ManifestError.of(target.name, need="a number, and is words")
-            if len(points.values) != len(plan.cases):
-                names = ", ".join(dict.fromkeys(drive.name for drive in plan.manifest.drives))
-                need = f"one drive: give {DRIVE_WORD}=NAME ({names}), and a value on each drive axis"
-                raise ManifestError.of(target.name, need=need)
-        starts = [spread_of_members(dataset, points) for points in found]
-        errors = [known_errors(points, start) for points, start in zip(found, starts, strict=True)]
-        columns = (
-            [points.values.astype(float) for points in found],
-            errors,
-            starts,
-            [points.flags for points in found],
-        )
-        return tuple(np.column_stack(each) for each in columns)
+
+def starts_of(values: Floats, places: Sequence[str]) -> dict[str, list[float]]:
+    """Column of `places` -> its values at points (n, d): members come down elsewhere at each, so that errors are independent.
+
+    Members of equal load, pin and grid start at the same places: their means are all off by the same, which no further point
+    shows. The places follow from the point alone, so that it is the same case whenever it is computed.
+    """
+    drawn = [np.random.PCG64(np.frombuffer(row.tobytes(), np.uint32)).random_raw(len(places)) for row in values]
+    raws = np.array(drawn, np.uint64).reshape(-1, len(places)).T
+    found = {}
+    for name, raw in zip(places, raws, strict=True):
+        found[name] = (raw >> np.uint64(33)).tolist() if name == SEED else ((raw >> np.uint64(11)) * 2.0**-53).tolist()
+    return found
+
+
+def _numbers_of(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -> tuple[NDArray[Any], ...]:
+    """Values, ±, standard deviations of a start, and validity flags, each (cases, targets)."""
+    found = [points_named(dataset, target.name) for target in targets]
+    if len({points.name for points in found}) < len(found):
+        raise ManifestError.of(", ".join(target.name for target in targets), need="each number once")
+    for target, points in zip(targets, found, strict=True):
+        if points.text:
+            raise ManifestError.of(target.name, need="a number, and is words")
+        if len(points.values) != len(plan.cases):
+            names = ", ".join(dict.fromkeys(drive.name for drive in plan.manifest.drives))
+            need = f"one drive: give {DRIVE_WORD}=NAME ({names}), and a value on each drive axis"
+            raise ManifestError.of(target.name, need=need)
+    starts = [spread_of_members(dataset, points) for points in found]
+    errors = [known_errors(points, start) for points, start in zip(found, starts, strict=True)]
+    columns = (
+        [points.values.astype(float) for points in found],
+        errors,
+        starts,
+        [points.flags for points in found],
+    )
+    return tuple(np.column_stack(each) for each in columns)
 
 
 def question_of(

@@ -1,5 +1,6 @@
 """Effects of a campaign: changes are those of two campaigns, what is not there is not listed, failures are told."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES
 from nanoslip.solver.ensemble import mean_of
-from nanoslip.study.accuracy.effects import Influence, influences, scenes_of
+from nanoslip.study.accuracy.effects import Change, Influence, influences, scenes_of, verdict_of
 from nanoslip.study.api import run
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.reader import load_manifest
@@ -138,3 +139,16 @@ def test_a_campaign_without_a_possible_case_is_one_message(main: Main, tmp_path:
     code, _, errors = main("effects", path)
     assert (code, len(errors.splitlines())) == (2, 1)
     assert "are possible" in errors
+
+
+def test_effects_are_sorted_by_what_their_changes_tell_at_a_tolerance():
+    """Twice the ± on either side: a change is needed, or not, only where its interval lies beyond the tolerance, or within it."""
+
+    def influence(effect: str, change: float, uncertainty: float) -> Influence:
+        return Influence(effect, "-", "mu_k", (Change("1", change, uncertainty),), 1.0, ())
+
+    found = [influence("large", -0.1, 0.01), influence("small", 0.001, 0.001), influence("vague", 0.01, 0.01)]
+    found += [influence("failed", math.nan, math.nan), influence("small", -0.2, 0.01)]
+    assert verdict_of(found[:4], 0.02) == (("large",), ("small",), ("vague", "failed"))
+    assert verdict_of(found[:4], 0.0) == (("large",), ("small", "vague"), ("failed",))
+    assert verdict_of(found, 0.02).needed == ("large", "small")  # of two numbers, one needs it
