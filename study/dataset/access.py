@@ -14,7 +14,7 @@ from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.file import LostGroupsError, groups_of, tree_of, with_texts
+from nanoslip.study.dataset.file import Groups, LostGroupsError, groups_of, tree_of, with_texts
 from nanoslip.study.dataset.table import (
     CASE,
     CaseRows,
@@ -24,6 +24,7 @@ from nanoslip.study.dataset.table import (
     selection_text,
     with_coordinates,
 )
+from nanoslip.study.plan.kinds import MEMBER
 
 
 def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Dataset, xr.Dataset]:
@@ -86,6 +87,28 @@ def along_si(root: xr.Dataset) -> xr.Dataset:
     return found
 
 
+# What the members of each case have, behind the means.
+
+
+def of_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
+    """A number of all members of each row, (members,) each: none of a row without a result, the row's own value alone of a
+    parameter and of anything that members do not have each."""
+    try:
+        groups = groups_of(rows.root)
+    except LostGroupsError:  # numbers alone, as those of joined campaigns
+        groups = Groups({})
+    for group_name, group in variables.all_groups().items():
+        held = groups.get(group_name)
+        if held is None or MEMBER not in group.samples or name not in held or not rows.has(group.id.name):
+            continue
+        first = variables.windows(held, group)[MEMBER]
+        number = {label: place for place, label in enumerate(held[group_name].values.tolist())}
+        places = [number.get(label) for label in rows.values(group.id.name).tolist()]
+        values = held[name].values
+        return [values[:0] if place is None else values[first[place] : first[place + 1]] for place in places]
+    return [np.array([value]) for value in rows.values(name)]
+
+
 # `dataset.nanoslip`: records, trajectories, contacts and events of a dataset, each with its case's scalars.
 
 FRICTION = ("event_force_before", "event_force_after")
@@ -117,10 +140,7 @@ class Accessor:
         return tree_of(self._dataset)
 
     def sel(self, **selection: Any) -> xr.Dataset:
-        """The cases that are selected, as by xarray's `sel`; values may have units.
-
-        >>> data.nanoslip.sel(normal_load="0.2 N")  # doctest: +SKIP
-        """
+        """The cases that are selected, as by xarray's `sel`; values may have units, `normal_load="0.2 N"`."""
         return with_coordinates(self._dataset, selection)
 
     def record(self, **selection: Any) -> xr.Dataset:

@@ -10,12 +10,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
-from nanoslip.study.dataset.file import Groups, LostGroupsError, groups_of
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.dataset.variables import OUTCOMES, all_groups, counts_of, in_si_too, parameters, windows
+from nanoslip.study.dataset.variables import OUTCOMES, counts_of, in_si_too, parameters
 from nanoslip.study.manifest.cases import value_of
 from nanoslip.study.manifest.parameters import as_typed, names_by_word
-from nanoslip.study.plan.kinds import MEMBER
 from nanoslip.study.toml_text import from_toml
 
 Selection = Mapping[str, Any]
@@ -212,25 +210,3 @@ def zipped(root: xr.Dataset) -> list[str]:
 
 def _manifest(root: xr.Dataset) -> dict[str, Any]:
     return from_toml(str(root.attrs.get("manifest", "")))
-
-
-# What the members of each case have, behind the means.
-
-
-def of_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
-    """A number of all members of each row, (members,) each: none of a row without a result, the row's own value alone of a
-    parameter and of anything that members do not have each."""
-    try:
-        groups = groups_of(rows.root)
-    except LostGroupsError:  # numbers alone, as those of joined campaigns
-        groups = Groups({})
-    for group_name, group in all_groups().items():
-        held = groups.get(group_name)
-        if held is None or MEMBER not in group.samples or name not in held or not rows.has(group.id.name):
-            continue
-        first = windows(held, group)[MEMBER]
-        number = {label: place for place, label in enumerate(held[group_name].values.tolist())}
-        places = [number.get(label) for label in rows.values(group.id.name).tolist()]
-        values = held[name].values
-        return [values[:0] if place is None else values[first[place] : first[place + 1]] for place in places]
-    return [np.array([value]) for value in rows.values(name)]

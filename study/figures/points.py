@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.regime import REGIMES
-from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR, in_measure
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.table import CaseRows, Selection, of_members, selected, zipped
+from nanoslip.study.dataset.table import CaseRows, Selection, selected, zipped
 from nanoslip.study.manifest.parameters import as_written
 
 # Labels of variables and values on axes, in legends and in captions.
@@ -214,7 +213,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
     Raises KeyError without such a variable, or where no case is like that.
     The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
-    rows = _rows_of(dataset, (name, over), where)
+    rows = rows_of(dataset, (name, over), where)
     value, error, stated = _ratio(rows, name, over) if over else _number(rows, name)
     none = np.full(len(rows), -1)
     members, used = [_counts(rows.values(each)) for each in variables.members_of(dataset, name)] or (none, none)
@@ -241,32 +240,10 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
     )
 
 
-def _rows_of(dataset: xr.Dataset, names: Iterable[str], where: Selection) -> CaseRows:
+def rows_of(dataset: xr.Dataset, names: Iterable[str], where: Selection) -> CaseRows:
     """The selected rows of all variables with these names, of cases at least."""
     known = filter(None, (*names, variables.OUTCOMES[""].ending.name))
     return selected(dataset, max(known, key=lambda each: dataset[each].ndim), where)
-
-
-def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
-    """Standard deviation over the members of each of all points, also where the mean has no ±; NaN of fewer than two members."""
-    rows = _rows_of(dataset, points.sources, {})
-    columns = [of_members(rows, name) for name in points.sources]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        values = columns[0] if len(columns) == 1 else [above / below for above, below in zip(*columns, strict=True)]
-    return np.array([_deviation(each[np.isfinite(each)]) for each in values])
-
-
-def known_errors(points: Points, spread: Floats) -> Floats:
-    """The ± of means (n,); where it is unknown, as of records that are too short, what members scatter: the least that it is.
-
-    spread: standard deviation over members, NaN of one alone.
-    """
-    members = np.where(points.members > 1, points.members, np.nan)
-    return np.where(np.isfinite(points.errors), points.errors, student(members) * spread / np.sqrt(members))
-
-
-def _deviation(values: NDArray[Any]) -> float:
-    return float(np.std(values, ddof=1)) if len(values) > 1 else math.nan
 
 
 CRITICAL: Final = "critical_velocity"

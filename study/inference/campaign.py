@@ -16,9 +16,9 @@ from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import DURATIONS
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
-from nanoslip.study.figures.points import known_errors, points_named, spread_of_members
+from nanoslip.study.figures.points import points_named
 from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, filling, search_parameters
-from nanoslip.study.inference.sensitivity import axis_of
+from nanoslip.study.inference.sensitivity import axis_of, known_errors, spread_of_members
 from nanoslip.study.inference.surrogate import TooFewError
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, names_by_word, of_symbol, table_taking

@@ -4,6 +4,7 @@ Sums over the table of a complete product of axes; else indices of functions dra
 Their uncertainty is the spread of the draws and the share of variance that the process does not predict at cases left out.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -14,7 +15,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.study.figures.points import known_errors, points_named, spread_of_members, unevenness
+from nanoslip.solver.ensemble import student
+from nanoslip.study.dataset.access import of_members
+from nanoslip.study.figures.points import Points, points_named, rows_of, unevenness
 from nanoslip.study.inference.surrogate import ALIKE, MOST_REGRESSED, TooFewError, regress
 
 # The parameters of cases as numbers in the unit cube, and how likely each value is.
@@ -227,6 +230,31 @@ def _interval(drawn: Floats, missed: float) -> Floats:
     means, spread = drawn.mean(axis=0), 1.96 * drawn.std(axis=0)
     ends = np.clip([means - spread, means + spread], 0.0, 1.0) * (1.0 - missed)
     return np.column_stack([means, ends[0], ends[1] + missed])
+
+
+# Numbers with what is known of their errors.
+
+
+def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
+    """Standard deviation over the members of each of all points, also where the mean has no ±; NaN of fewer than two members."""
+    rows = rows_of(dataset, points.sources, {})
+    columns = [of_members(rows, name) for name in points.sources]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        values = columns[0] if len(columns) == 1 else [above / below for above, below in zip(*columns, strict=True)]
+    return np.array([_deviation(each[np.isfinite(each)]) for each in values])
+
+
+def known_errors(points: Points, spread: Floats) -> Floats:
+    """The ± of means (n,); where it is unknown, as of records that are too short, what members scatter: the least that it is.
+
+    spread: standard deviation over members, NaN of one alone.
+    """
+    members = np.where(points.members > 1, points.members, np.nan)
+    return np.where(np.isfinite(points.errors), points.errors, student(members) * spread / np.sqrt(members))
+
+
+def _deviation(values: NDArray[Any]) -> float:
+    return float(np.std(values, ddof=1)) if len(values) > 1 else math.nan
 
 
 # Indices of a dataset, and in words.

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 import nanoslip
 from nanoslip.solver.ensemble import student
 from nanoslip.study.api import manifest_of
-from nanoslip.study.figures.points import known_errors, points_named, spread_of_members
+from nanoslip.study.figures.points import points_named
 from nanoslip.study.inference.campaign import question_of
 from nanoslip.study.inference.fit import ComputedPoint, Range, Target, filling, search_parameters, sentences
 from nanoslip.study.inference.pictures import contours
+from nanoslip.study.inference.sensitivity import known_errors, spread_of_members
 from nanoslip.study.inference.surrogate import TooFewError, regress
 
 Floats = NDArray[np.float64]
