@@ -17,9 +17,8 @@ from nanoslip.solver.drive import DURATIONS
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.figures.points import points_named
-from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, filling, search_parameters
+from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, search_parameters
 from nanoslip.study.inference.sensitivity import axis_of, known_errors, spread_of_members
-from nanoslip.study.inference.surrogate import TooFewError
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, names_by_word, of_symbol, table_taking
 from nanoslip.study.manifest.problems import ManifestError, unknown
@@ -129,13 +128,10 @@ class Question:
         return np.column_stack([each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)])
 
     def check(self, out: Path) -> None:
-        """Raises ValueError if a target is no number of the campaign, or not one for each case, or no case can be computed."""
+        """Raises ValueError if a target is no number of the campaign, or not one for each case."""
         middle = np.full((2, len(self.ranges)), 0.5)
         middle[1] += 0.25
         self._points(middle, self.plans(middle), Store(out), same_places=False)
-        cases = [case for plan in self.plans(filling(len(self.ranges))) for case in plan.cases]
-        if all(case.case is None for case in cases):
-            raise TooFewError(f"none of {len(cases)} points can be computed, as {cases[0].outcome.message}")
 
     def _with(self, values: Mapping[str, Any]) -> dict[str, Any]:
         document = dict(self.document)

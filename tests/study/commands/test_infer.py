@@ -214,7 +214,7 @@ def test_a_page_of_three_axes_shows_what_matters():
         ((f"{SIZE}=0.1±0.01", "normal_load=1e-3", "radius=30", "--vary", "mu_i=0.1:inf"), "both finite"),
         (("mu_s=0.1±0.01",), "mu_s: no variable of this dataset"),
         ((f"{SIZE}=0.1±0.01", "--vary", "radus=20:30"), "--vary radus: unknown; did you mean radius?"),
-        ((f"{SIZE}=0.1±0.01", "normal_load=1e12", "--vary", "radius=20:30"), "points can be computed"),
+        ((f"{SIZE}=0.1±0.01", "normal_load=1e-3", "radius=30", "--vary", "start_y=0.1:0.9"), "start_y"),
     ],
 )
 def test_wrong_questions_are_refused_before_anything_is_computed(main: Main, contacts: Path, words, problem):
