@@ -25,7 +25,7 @@ from nanoslip.solver.parameter import (
     parameter,
     parameters_of,
     require,
-    require_known,
+    refuse_unknown,
     validate,
 )
 from nanoslip.solver.slab import SCHEMES, Slab, parameters_of_a_slab
@@ -391,7 +391,7 @@ class Case:
             raise InvalidInput(
                 part, ABSENT, f"its parameters one by one here; Case({part}=…) takes a {_TYPES[part].__name__}"
             )
-        require_known(parameters, parameters_of_a_case(), "a case")
+        refuse_unknown(parameters, parameters_of_a_case(), "a case")
         of_the_slab = parameters.keys() & parameters_of_a_slab().keys()
         parts: dict[str, Any] = {"slab": Slab.of({name: parameters[name] for name in of_the_slab})}
         parts |= {part: kind(**_of(kind, parameters)) for part, kind in PARTS.items()}

@@ -23,7 +23,7 @@ from nanoslip.solver.cache_folder import private_folders, require_own_folder
 
 __all__ = ["dispatcher_of", "listening", "source_stamp"]
 
-KERNEL_FILES: Final = ("compiled.py", "compiling.py", "*/kernels/*.py")
+KERNEL_FILES: Final = ("arrays.py", "cache_folder.py", "compiled.py", "compiling.py", "*/kernels/*.py")
 """Files of kernels, of all that kernels import from this package, and of their compilation; relative to the package."""
 _PACKAGE = Path(__file__).parent
 _IMPORTED: Final = re.compile(r"^from nanoslip\.solver\.(\w+)\.kernels", re.MULTILINE)

@@ -22,7 +22,7 @@ from nanoslip.solver.parameter import (
     parameter,
     parameters_of,
     require,
-    require_known,
+    refuse_unknown,
     validate,
 )
 
@@ -166,7 +166,7 @@ class Drive:
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """Build the drive from parameters of its own and of its integrator. Raises InvalidInput, for unknown names too."""
-        require_known(parameters, parameters_of_a_drive(), "a drive")
+        refuse_unknown(parameters, parameters_of_a_drive(), "a drive")
         own = {name: parameters[name] for name in declared(cls) if name in parameters}
         return cls(**{**own, "integrator": INTEGRATORS.member(parameters, "exact")})
 

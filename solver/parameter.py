@@ -311,7 +311,7 @@ def parameters_of(*kinds: type) -> Mapping[str, Parameter]:
     return MappingProxyType({name: stated for kind in kinds for name, stated in declared(kind).items()})
 
 
-def require_known(given: Mapping[str, Any], stated: Mapping[str, Parameter], owner: str) -> None:
+def refuse_unknown(given: Mapping[str, Any], stated: Mapping[str, Parameter], owner: str) -> None:
     """Raise InvalidInput, with the nearest name, for a key that is no parameter's name. owner: of the parameters, in words."""
     for key in given.keys() - stated.keys():
         spelt = {text: name for name, each in stated.items() for text in (each.symbol, each.word, name) if text}

@@ -20,7 +20,7 @@ from nanoslip.solver.parameter import (
     parameter,
     parameters_of,
     require,
-    require_known,
+    refuse_unknown,
     validate,
 )
 
@@ -133,7 +133,7 @@ class Slab:
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """Build the slab from parameters of its own and of its scheme. Raises InvalidInput, for unknown names too."""
-        require_known(parameters, parameters_of_a_slab(), "a slab")
+        refuse_unknown(parameters, parameters_of_a_slab(), "a slab")
         own = {name: parameters[name] for name in declared(cls) if name in parameters}
         return cls(**{**own, "scheme": SCHEMES.member(parameters, "galerkin")})
 

@@ -94,7 +94,7 @@ def test_a_drive_in_si_is_the_papers_but_for_what_is_given():
     assert drive.damping_ratio == 0.1
     for choice in ({"integrator": "rk4", "time_step": 1e-6}, {"integrator": nanoslip.RK4(1e-6)}):
         assert nanoslip.Drive.from_si(**choice).integrator.time_step == 1e-6 / scales.time(0.5)
-    with pytest.raises(TypeError, match="stifness"):
+    with pytest.raises(nanoslip.InvalidInput, match="stifness"):
         nanoslip.Drive.from_si(stifness=1.0)
 
 

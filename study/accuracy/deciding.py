@@ -185,7 +185,7 @@ class _Search:
         return self._with_value(found, results)
 
     def _affordable_tasks(self, other: Case) -> list[tuple[str, Task]]:
-        """Of as many members as the case has if that takes no longer than allowed, else of FEWEST."""
+        """Tasks of as many members as the case has if they take no longer than allowed, else of FEWEST."""
         own = self.manifest.ensemble
         tasks = [
             self._tasks(other, Ensemble(members, places=own.places)) for members in (max(own.likely, FEWEST), FEWEST)

@@ -103,7 +103,7 @@ def selected(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:
 
 
 def hits_of(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: str, wanted: Any) -> xr.Variable:
-    """Where a coordinate has one of the wanted values, perhaps texts with units. Raises KeyError if it is nowhere."""
+    """Mask of a coordinate's wanted values, perhaps texts with units. Raises KeyError if there are none."""
     if key not in coordinates:
         near = difflib.get_close_matches(key, map(str, coordinates), 1)
         known = f"did you mean {near[0]}?" if near else f"there are {', '.join(map(str, coordinates))}"

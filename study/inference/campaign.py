@@ -18,7 +18,7 @@ from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.figures.points import points_named
 from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, search_parameters
-from nanoslip.study.inference.sensitivity import axis_of, known_errors, spread_of_members
+from nanoslip.study.inference.sensitivity import axis_of, point_errors, spread_of_members
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, names_by_word, of_symbol, table_taking
 from nanoslip.study.manifest.problems import ManifestError, unknown
@@ -198,7 +198,7 @@ def _numbers_of(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -> t
             need = f"one drive: give {DRIVE_WORD}=NAME ({names}), and a value on each drive axis"
             raise ManifestError.of(target.name, need=need)
     starts = [spread_of_members(dataset, points) for points in found]
-    errors = [known_errors(points, start) for points, start in zip(found, starts, strict=True)]
+    errors = [point_errors(points, start) for points, start in zip(found, starts, strict=True)]
     columns = (
         [points.values.astype(float) for points in found],
         errors,

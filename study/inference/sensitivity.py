@@ -244,7 +244,7 @@ def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
     return np.array([_deviation(each[np.isfinite(each)]) for each in values])
 
 
-def known_errors(points: Points, spread: Floats) -> Floats:
+def point_errors(points: Points, spread: Floats) -> Floats:
     """The ± of means (n,); where it is unknown, as of records that are too short, what members scatter: the least that it is.
 
     spread: standard deviation over members, NaN of one alone.
@@ -279,7 +279,7 @@ def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST_REGRESSED) -> Sen
     points = points_named(dataset, of)
     if points.text:
         raise ValueError(f"{of}: needs a number, and is words")
-    errors = known_errors(points, spread_of_members(dataset, points))
+    errors = point_errors(points, spread_of_members(dataset, points))
     return indices(points.name, points.axes, points.values.astype(float), errors, most)
 
 

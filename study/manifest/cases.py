@@ -138,9 +138,9 @@ class _Expansion:
 
 
 def naming(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters that name a case: of an interface, a path, `start_y` and `spacing_events` only given ones, as cases had
-    names before these."""
-    left_out = {name for name in ("spacing_events", "start_y") if not parameters[name]}
+    """The parameters that name a case: of an interface, a path, and of those that came later only given ones, as cases had
+    names before them."""
+    left_out = {name for name in ("spacing_events", "start_y", "strength") if not parameters[name]}
     for part in (Interface(), LoadPath()):
         usual = {name: getattr(part, name) for name in declared(type(part))}
         if all(parameters[name] == value for name, value in usual.items()):

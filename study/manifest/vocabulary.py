@@ -76,7 +76,7 @@ def key_meant(word: str) -> str:
 
 
 def otherwise(word: str) -> str:
-    """How a key follows from another quantity, by a word for that; empty for any other."""
+    """Sentence on how a key follows from another quantity, by a word for that; empty for any other."""
     return next((how for words, how in OTHERWISE.values() if word.lower() in words.split()), "")
 
 

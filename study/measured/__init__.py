@@ -1,1 +1,1 @@
-"""What a laboratory measured: files of columns with units, and the force of a pull, read without any campaign."""
+"""Measurements of a laboratory: files of columns with units, and the force of a pull, read without any campaign."""

@@ -111,7 +111,7 @@ def _rows_of_array(raw: bytes) -> str:
 
 
 def kind_of_binary(raw: bytes) -> str:
-    """What a file is that is no text; empty for text. UTF-16 has zeros, and a mark."""
+    """Kind of a file that is no text; empty for text. UTF-16 has zeros, and a mark."""
     kind = next((name for first, name in _BINARY.items() if raw.startswith(first)), "")
     if kind or raw.startswith((_NUMPY, codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return kind

@@ -12,7 +12,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Self
 
-from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study import processor
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.notices import print_notice
@@ -134,6 +133,8 @@ def task_program(out: Path) -> Program:
 
     Raises InvalidInput if numba is told not to compile, as each task would fail.
     """
+    from nanoslip.solver.outcome import InvalidInput  # noqa: PLC0415  help would load numpy and the solver
+
     name = "NUMBA_DISABLE_JIT"
     if os.environ.get(name, "0") != "0":
         raise InvalidInput(name, os.environ[name], "to be unset: kernels do not work without numba's compiler")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy
 
-from nanoslip.solver.case import LEAST_APART, Case, Heterogeneity
+from nanoslip.solver.case import LEAST_APART, Case, Heterogeneity, SlipRule
 from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES, SPARED
@@ -196,11 +196,16 @@ def test_a_target_that_is_stopped_at_is_kept_in_more_than_nine_of_ten(scatter, k
     assert np.mean(abs(means - 1.0) <= errors) > held - 0.02
 
 
-WHOLE = Case(slab=Slab(33), heterogeneity=Heterogeneity(spread=0.1, roughness=((-0.5, 0.0), (0.0, 1e-5), (0.5, 0.0))))
+STRONG = SlipRule(strength=1e-6)
+WHOLE = Case(
+    slab=Slab(33),
+    slip_rule=STRONG,
+    heterogeneity=Heterogeneity(spread=0.1, roughness=((-0.5, 0.0), (0.0, 1e-5), (0.5, 0.0))),
+)
 PULLED = Drive(2e-3, 0.1, 1e-5, 100.0)
 
 
-BALL = Case(slab=Slab(33, scheme="layer"), heterogeneity=Heterogeneity(spread=0.1))
+BALL = Case(slab=Slab(33, scheme="layer"), slip_rule=STRONG, heterogeneity=Heterogeneity(spread=0.1))
 
 
 @pytest.mark.parametrize("effect", OF_CASES, ids=lambda effect: effect.name)

@@ -109,7 +109,9 @@ def test_what_is_not_known_on_other_nodes_is_stated_in_words() -> None:
     """Endings and equations of n_x are for tables."""
     late = Spacing(0.5, 33, seconds=20.0)
     for ending in Ending:
-        words = list(deciding_words(Deciding("plateau_mean", (late, Spacing(2.0, 9, ending=ending.value)), math.nan)))
+        words = list(
+            deciding_words(Deciding("plateau_mean", (late, Spacing(2.0, 9, ending=ending.value)), math.nan, 0.0))
+        )
         assert "about 20 s" in words[0]
         assert "_" not in words[1]
 
@@ -117,7 +119,7 @@ def test_what_is_not_known_on_other_nodes_is_stated_in_words() -> None:
 def test_a_velocity_on_another_spacing_has_the_unit_of_the_answer() -> None:
     """An answer in mm/s beside another in m/s is read wrong."""
     spacings = (Spacing(0.5, 33, 1.5e-3, 1e-4), Spacing(2.0, 9, 2.85e-3, 2e-4))
-    assert list(deciding_words(Deciding("critical_velocity", spacings, math.nan), "V_c ")) == [
+    assert list(deciding_words(Deciding("critical_velocity", spacings, math.nan, 0.0), "V_c ")) == [
         "V_c 1.50 ± 0.10 mm/s with half, 2.9 ± 0.2 mm/s with twice the node spacing"
     ]
 

@@ -81,7 +81,8 @@ def test_each_scalar_is_its_tasks_in_the_units_it_names(small):
 def test_no_number_of_a_result_is_lost(small):
     plan, store, _ = small
     # Of parameters; zero at initial contact; spring_force_amplitude where it means something; for drives over the record.
-    known_apart = {"normal_load", "spacing", "presliding_length", "displacement", "spring_force_range", "forgotten"}
+    known_apart = {"normal_load", "spacing", "node_area", "presliding_length"}
+    known_apart |= {"displacement", "spring_force_range", "forgotten"}
     known_apart |= {f"plateau_{name}" for name in ("first_event", "last_event", "peak", "drift", "event_drift")}
     for task in plan.tasks:
         result = store.read(task.key)

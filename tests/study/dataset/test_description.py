@@ -52,7 +52,7 @@ def test_words_bits_and_codes_are_named() -> None:
 
 
 def test_every_number_of_a_record_but_its_settings_is_declared() -> None:
-    settings = {"normal_load", "spacing", "presliding_length", "outcome"}
+    settings = {"normal_load", "spacing", "node_area", "presliding_length", "outcome"}
     assert {item.name for item in fields(FrictionRecord) if not item.metadata} == settings
 
 
