@@ -174,14 +174,14 @@ def _motion(
     return _Motion(np.where(slides, moving, stuck), pin, trough)
 
 
-class RingDown(NamedTuple):
-    """A pull whose pin slides on and rings: its forces of friction and the rate of its rise, as value and standard error."""
+class StaticForce(NamedTuple):
+    """Force at which a pin breaks away, and its standard error."""
 
-    static: tuple[float, float]
-    rate: tuple[float, float]
+    force: float
+    error: float
 
 
-def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: float) -> RingDown | None:
+def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: float) -> StaticForce | None:
     """Fit Eq. 16-19 to a pull from the sample where its force begins to rise: a stick, and one slip that ends in sliding.
 
     The pin then comes to the stage's velocity V by overshoot, so its force by V√(km) above friction: no part of friction. None
@@ -191,6 +191,8 @@ def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: fl
     period = float(np.median(np.diff(at[peaks])))
     fall = float(force[peaks[0]] - force[peaks[0] : peaks[1]].min())
     reached = float(at[begin + int(np.argmax(values >= level))])
+    if reached <= float(at[begin]):
+        return None
     first = [reached, level, level, math.log(2.0 * math.pi / period), 0.05, level / (reached - float(at[begin]))]
     scale = np.array([period, fall, fall, 1.0, 1.0, fall / period])
 
@@ -208,5 +210,4 @@ def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: fl
         return None
     slopes = np.asarray(best.jac)
     errors = scale * np.sqrt(np.diag(np.linalg.pinv(slopes.T @ slopes)) * left)
-    value = best.x * scale
-    return RingDown((float(value[1]), float(errors[1])), (float(value[5]), float(errors[5])))
+    return StaticForce(float(best.x[1] * scale[1]), float(errors[1]))

@@ -168,7 +168,8 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     turning = over == "displacement" and has_turns(rows.values[0])
     if over == "displacement":
         rows = _along_the_way(rows)
-    found = one_way(rows, over, "goes on", turns=over == "displacement")
+    goes = "goes on" if over == "time" else "goes one way: one stroke"
+    found = one_way(rows, over, goes, turns=over == "displacement")
     spikes = outliers(found.others[0])
     values = dict(zip(places[1:], found.others[:, ~spikes], strict=False))
     measured = values[columns.force]
@@ -202,8 +203,9 @@ class ChosenColumns(NamedTuple):
 
 
 def has_turns(position: Floats) -> bool:
-    """True if a stage goes back by more than its noise and a tenth of its range."""
-    return len(turning_points(position)) > 2
+    """True if a stage goes back by more than its noise and a tenth of its range, in more than a jump of few samples."""
+    turns = turning_points(position)
+    return len(turns) > 2 and min(np.diff(turns)) >= FEWEST_POINTS
 
 
 def turning_points(position: Floats) -> list[int]:
@@ -229,6 +231,8 @@ def _along_the_way(rows: Rows) -> Rows:
     """
     position = rows.values[0]
     turns = turning_points(position)
+    if len(turns) > 2 and not has_turns(position):
+        return rows
     if len(turns) == 2 and (np.diff(position) * (position[-1] - position[0]) >= 0.0).all():
         return rows
     least = NOISE * noise_of(position)

@@ -285,8 +285,9 @@ def _of_averaged(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
             ringing = ring_down(at, force, begin_of_rise(force, peaks[0]), peaks, level)
             flags.append(TraceFlag("inertia", {"peak": float(force[peaks[0]]), **_units(trace, pull)}))
             if ringing:
-                numbers["static_friction"] = Measured(*ringing.static, 1, pull.unit)
-                rates = [ringing.rate[0]]
+                numbers["static_friction"] = Measured(*ringing, 1, pull.unit)
+                breaks = int(np.argmax(force >= min(ringing.force, float(force[peaks[0]]))))
+                rates = [rate_of(at, force, 0, breaks)] if breaks > FEWEST else []
     if rates:
         numbers |= _stiffness(trace, pull.newtons * np.array(rates[1:] or rates), pull.velocity, pull.load)
     if any(cut):

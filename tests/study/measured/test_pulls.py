@@ -91,3 +91,16 @@ def test_no_file_is_without_friction_and_without_a_sentence() -> None:
         }
         assert set(found.flagged) <= SENTENCES.keys()
         assert not any(math.isinf(number.value) for number in found.numbers.values())
+
+
+def test_rings_of_any_shape_are_no_error() -> None:
+    """Decays that begin anywhere, around any level, with and without a ramp before."""
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        time = np.arange(0.0, 1.0, 0.001)
+        start, level, size = random.uniform(0.0, 0.3), random.uniform(0.0, 3.0), random.uniform(0.1, 10.0)
+        since = np.clip(time - start, 0.0, None)
+        rings = level + size * np.exp(-random.uniform(1.0, 10.0) * since) * np.sin(random.uniform(30.0, 150.0) * since)
+        ramp = level * np.clip(time / max(start, 1e-3), 0.0, 1.0)
+        found = measured(time, noisy(np.where(time < start, ramp, rings), 0.01, seed))
+        assert all(math.isfinite(number.value) for number in found.numbers.values())
