@@ -24,8 +24,8 @@ from nanoslip.solver.parameter import (
     declared,
     parameter,
     parameters_of,
-    require,
     refuse_unknown,
+    require,
     validate,
 )
 from nanoslip.solver.slab import SCHEMES, Slab, parameters_of_a_slab

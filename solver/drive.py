@@ -21,8 +21,8 @@ from nanoslip.solver.parameter import (
     declared,
     parameter,
     parameters_of,
-    require,
     refuse_unknown,
+    require,
     validate,
 )
 

@@ -19,14 +19,8 @@ if TYPE_CHECKING:
 Labelled = tuple[Quantity, Any]
 """A number or a column of a result with its declaration."""
 
-OWN_UNITS: Final = {
-    "length": "L_x",
-    "stiffness": "G·L_y",
-    "time": "√(m/(G·L_y))",
-    "velocity": "L_x·√(G·L_y/m)",
-    "contact_load": "G",
-}
-"""Unit of an unscaled number, by `Quantity.per`; over a contact's load: of a stress."""
+OWN_UNITS: Final = {"length": "L_x", "stiffness": "G·L_y", "time": "√(m/(G·L_y))", "velocity": "L_x·√(G·L_y/m)"}
+"""Unit of an unscaled number, by `Quantity.per`."""
 
 ROUNDING = 1e-9
 """Largest difference that is taken for rounding, as a share of a number's scale.

@@ -14,7 +14,7 @@ import numpy as np
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.solver.parameter import STRESS, Quantity, quantity
+from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.record import RUN_IN, SPACINGS, FrictionRecord, require_record
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
@@ -57,7 +57,7 @@ class Plateau(Viewed):
         shared="plateau",
         comment="mean friction force over mean area of the nodes in contact, on the steady part of the record: what a strength "
         "without pressure holds constant, as intrinsic_friction holds F/W",
-        **STRESS,
+        measure="W/(L_x·L_y)",
     )
     spacings: float = quantity(
         "length of the plateau", comment="of the steady part of the record", measure="node spacings"
@@ -167,7 +167,7 @@ def plateau_of(record: FrictionRecord) -> Plateau:
         first_event=first,
         last_event=last,
         mean=mean / record.normal_load,
-        stress=mean / (nodes * record.node_area),
+        stress=mean / (nodes * record.node_area * record.normal_load),
         std=std / record.normal_load,
         peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
         spacings=(end - start) / record.spacing,

@@ -179,7 +179,7 @@ def _choice(content: dict[str, Any], n_x: int, samples: Sequence[tuple[Sample, S
     seconds = sum(task.cost for task in tasks)
     if found:
         seconds += max(samples[-1][0].excess, 0.0) * found.members * found.presliding
-    return _Choice(on_grid, seconds, max(task.memory for task in tasks), found)
+    return _Choice(on_grid, seconds, max((task.memory for task in tasks), default=0.0), found)
 
 
 def _probed(content: dict[str, Any], grids: Sequence[int]) -> list[tuple[Sample, Sample]]:

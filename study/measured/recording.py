@@ -198,14 +198,14 @@ class ChosenColumns(NamedTuple):
     position: int | None = None
 
     def places(self) -> list[int]:
-        """Those that there are, in this order."""
+        """Positions of the columns that the file has, in this order."""
         return [place for place in self if place is not None]
 
 
 def has_turns(position: Floats) -> bool:
     """True if a stage goes back by more than its noise and a tenth of its range, in more than a jump of few samples."""
     turns = turning_points(position)
-    return len(turns) > 2 and min(np.diff(turns)) >= FEWEST_POINTS
+    return bool(len(turns) > 2 and min(np.diff(turns)) >= FEWEST_POINTS)
 
 
 def turning_points(position: Floats) -> list[int]:

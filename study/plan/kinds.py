@@ -551,7 +551,7 @@ ACROSS: Final = frozenset({"y", "node_y", "surface_y"})
 
 
 class PartContents(NamedTuple):
-    """What results hold of one part, by name."""
+    """Names of the numbers and columns that results hold of one part."""
 
     scalars: frozenset[str]
     """Declared scalars, and the errors that members share."""

@@ -373,7 +373,7 @@ def record_of_member(case: Case, compliance: Compliance, ensemble: Ensemble, num
 
 
 def numbers_of_half(record: FrictionRecord, plateau: Plateau) -> dict[str, float]:
-    """What the length of a record decides, over the first half of it. plateau: of all of it, over which peaks are stated."""
+    """Numbers that the length of a record decides, over its first half. plateau: of all of it, over which peaks are stated."""
     half = record.first_half
     peak = half.highest_force / half.normal_load if half.final_displacement > 0.0 else math.nan
     excess, fluctuation = collective(half, plateau).static_excess, collective(half, plateau_of(half)).fluctuation

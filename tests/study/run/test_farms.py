@@ -15,7 +15,7 @@ from unittest.mock import Mock
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.study import origin
+from nanoslip.study import origin, processor
 from nanoslip.study.plan.kinds import compliance_task, contact_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
@@ -423,7 +423,7 @@ def test_a_task_that_leaves_no_file_to_open_changes_nothing_of_what_results_stat
     origin.arithmetic.cache_clear()
     origin.computing_origin.cache_clear()
     execute = executor(tmp_path)
-    monkeypatch.setattr(origin, "_processor", lambda _names: "")  # as where the system's file cannot be read
+    monkeypatch.setattr(processor, "instructions", list)  # as where the system's file cannot be read
     execute(SLAB)
     (stated,) = store.read(SLAB.key).origins
     assert stated == replace(origin.here(), **origin.arithmetic())
