@@ -174,9 +174,11 @@ class CoulombContact:
 def leaving(solved: CoulombContact, force_rate: Floats) -> NDArray[np.bool_]:
     """True of nodes that bear nothing and lose it. force_rate: (2, n).
 
-    Their limit of shear vanishes with them: whichever role they had, the motion would give them another, and back.
+    Their limit of shear vanishes with them: sliding they would be dragged along, and stick, and slide, and so on.
     """
-    return np.asarray(solved.contact & (solved.normal_force <= solved.nothing) & (force_rate[1] > 0.0))
+    # As much as a node can bear whose shear counts as none, and its distance from its limit as well: see `nothing`.
+    least = 2.0 * max(1e-9 * solved.normal_load, solved.tolerance)
+    return np.asarray(solved.contact & (solved.normal_force <= least) & (force_rate[1] > 0.0))
 
 
 def release(solved: CoulombContact, node: int) -> None:
@@ -290,9 +292,11 @@ def stick_and_slide_in_motion(solved: CoulombContact) -> Rates:
         none = np.abs(solved.force[0]) <= near
         sign = np.sign(np.where(none, force_rate[0], solved.force[0]))
         growth = sign * force_rate[0] + solved.node_friction * force_rate[1]
-        # Only a node at its limit (its excess is 0) may begin to slide.
-        growth = np.where((solved.excess > -near) & ~leaving(solved, force_rate), growth, -1.0)
-        dragged = np.where(solved.sliding != 0.0, solved.sliding * (u_rate - pin_rate), -1.0)
+        # Only a node at its limit (its excess is 0) may begin to slide, and none without any shear to push it.
+        growth = np.where((solved.excess > -near) & (sign != 0.0), growth, -1.0)
+        # One that leaves as it slides stays so until it has left; whether it leaves if it sticks says nothing of that.
+        slides = (solved.sliding != 0.0) & ~leaving(solved, force_rate)
+        dragged = np.where(slides, solved.sliding * (u_rate - pin_rate), -1.0)
         least = TOLERANCE * max(np.abs(force_rate).max(), 1.0)
         if growth.max() > least:
             node = _largest(growth, least, ahead)
@@ -375,7 +379,7 @@ def change(solved: CoulombContact, kind: EventKind, node: int) -> float:
 def next_change(solved: CoulombContact, rates: Rates) -> tuple[float, EventKind, int]:
     """Step after which a role changes, how, and whose; infinite if none does. The gap is taken as linear."""
     force_rate, _, u_rate, v_rate = rates
-    mu, stick = solved.node_friction, solved.contact & (solved.sliding == 0.0) & ~leaving(solved, force_rate)
+    mu, stick = solved.node_friction, solved.contact & (solved.sliding == 0.0)
     steps = {EventKind.RELEASE: _time(solved.normal_force, force_rate[1], solved.contact)}
     for sign in (1.0, -1.0):
         room = solved.node_strength + mu * solved.normal_force - sign * solved.force[0]

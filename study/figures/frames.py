@@ -201,7 +201,7 @@ def _moment(event: int, before: ContactState | None, now: ContactState, case: Ca
         friction=share * now.friction_force,
         pressure=share * now.pressure,
         shear=share * now.shear,
-        limit=share * np.where(np.isfinite(limit), limit, np.nan),
+        limit=share * np.where(np.isinf(case.intrinsic_friction), np.nan, limit),
         slip=np.where(now.contact, now.slip, np.nan),
         slipped=slipped,
     )
