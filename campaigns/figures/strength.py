@@ -127,10 +127,10 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     crossing = both.load * (both.strength * both.area / (both.friction * both.load)) ** 3
     remark = f"loads are {both.load[0]:.2g} to {both.load[-1]:.2g}"
     yield Claim("W/(G·L_x²) at which both parts are equal", "", f"{crossing.mean():.3g}", remark)
-    force, error = measured(both)
+    force, scatter = measured(both)
     for name, fit in (
         ("fit of computed forces", fit_of(both.area, both.load, both.force, both.error, share)),
-        (f"fit with {NOISE:.0%} scatter", fit_of(both.area, both.load, force, error, share)),
+        (f"fit with {NOISE:.0%} scatter", fit_of(both.area, both.load, force, scatter, share)),
     ):
         remark = f"correlation {fit.correlation:.3f}"
         yield Claim(f"{name}: τ_0/G", f"{both.strength:.5f}", with_error(fit.strength, fit.strength_error), remark)
