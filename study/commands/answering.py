@@ -197,14 +197,21 @@ def ranking(
 _SPACING: Final = "the node spacing"
 
 
+def _percent(share: float, error: float) -> str:
+    """A share with its ±, ? if unknown."""
+    known = f"{100.0 * error:.1f}" if math.isfinite(error) else "?"
+    return f"{100.0 * share:.1f} ± {known} %"
+
+
 def _beside(case: xr.Dataset, found: Deciding, value: float) -> Iterator[summary.Error]:
     """Node spacing and drop of a slip as parts of a number's error, where they are known."""
     if found.computed:
         shares = {each: abs(each.value / value - 1.0) for each in found.computed}
         own = float(case.get(f"{found.variable}_uncertainty", math.nan))
+        errors = [math.hypot(own, each.error) / abs(value) for each in shares]
         known = [
-            f"{times(each)} the spacing (n_x = {each.n_x}): {share:.1%} ± {math.hypot(own, each.error) / abs(value):.1%}"
-            for each, share in shares.items()
+            f"{times(each)} the spacing (n_x = {each.n_x}): {_percent(share, error)}"
+            for (each, share), error in zip(shares.items(), errors, strict=True)
         ]
         unknown = [missing_words(each) for each in found.spacings if not each.has_value]
         cure = "set n_x to the spacing of what slips on your surface"

@@ -36,7 +36,7 @@ CRITICAL = {
 }
 
 
-FLAT = {**CASE, "constants": {"radius": 1e8}}
+FLAT = {**CASE, "constants": {"radius": 1e8}, "numerics": {"n_x": 33}}
 """Its starts hardly differ, so that their scatter is no ±: all have the same events."""
 STROKE = {**CASE, "limits": {}, "path": {"amplitude": 0.5, "cycles": 2}}
 
@@ -67,7 +67,9 @@ def found_in(
 def test_half_and_twice_the_spacing_are_campaigns_of_their_own(campaign: dict[str, Any], variable: str) -> None:
     """Of as many members, with the same ±, to the last bit; the grid's own rows follow n_x."""
     found = found_in(campaign, variable=variable)
-    assert (found.variable, [(each.factor, each.n_x) for each in found.spacings]) == (variable, [(0.5, 33), (2.0, 9)])
+    spaces = campaign["numerics"]["n_x"] - 1
+    spacings = [(0.5, 2 * spaces + 1), (2.0, spaces // 2 + 1)]
+    assert (found.variable, [(each.factor, each.n_x) for each in found.spacings]) == (variable, spacings)
     for each in found.spacings:
         other = api.run({**campaign, "numerics": {"n_x": each.n_x}}, progress=False)
         assert (each.value, f"{each.error}") == (other[variable].item(), f"{other[f'{variable}_uncertainty'].item()}")
@@ -87,6 +89,12 @@ def test_a_spacing_that_takes_too_long_is_left_out_with_its_time_and_one_that_is
     assert (found.computed, [each.seconds > 0.0 for each in found.spacings]) == ([], [True, True])
     few = found_in({**CASE, "numerics": {"n_x": 17, "bottom_row": 17}})
     assert [each.factor for each in few.spacings] == [0.5]
+
+
+def test_a_coarser_grid_with_a_flag_of_its_own_is_no_measure_of_the_spacing() -> None:
+    """On 9 nodes the contact over the whole slab has too few, on 17 it has not."""
+    found = found_in({**FLAT, "numerics": {"n_x": 17}}, 0.0)
+    assert [each.n_x for each in found.spacings] == [33]
 
 
 STRIP = {**CASE, "numerics": {"n_x": 27, "scheme": "strip"}}
