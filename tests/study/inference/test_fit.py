@@ -71,7 +71,7 @@ def test_the_set_holds_the_truth_as_often_as_it_states():
 def test_errors_from_few_members_make_no_value_count_more_for_being_low():
     """Means of 8 draws with a long tail, each with the ± of its own 8: those that happen to be low have a small ±.
 
-    32 fields of 64 points, so the mean bias is known to 0.36/√(8·64·32) = 0.3 %; weights by each own ± alone are 6 % off.
+    32 fields of 64 points, so the mean bias is known to 0.36/√(8·64·32) = 0.3 %.
     """
     draw, bias = np.random.default_rng(5), []
     x = filling(2)[:32]
