@@ -14,7 +14,7 @@ from nanoslip.study.figures.points import points_named
 from nanoslip.study.inference.campaign import question_of
 from nanoslip.study.inference.fit import ComputedPoint, Range, Target, filling, search_parameters, sentences
 from nanoslip.study.inference.pictures import contours
-from nanoslip.study.inference.sensitivity import known_errors, spread_of_members
+from nanoslip.study.inference.sensitivity import point_errors, spread_of_members
 from nanoslip.study.inference.surrogate import TooFewError, regress
 
 Floats = NDArray[np.float64]
@@ -304,7 +304,7 @@ def test_the_set_holds_fifty_truths_of_a_number_whose_error_is_unknown(tmp_path:
         targets = []
         for name, share, points in numbers:
             value = float(points.values[place])
-            own = float(known_errors(points, spread_of_members(data, points))[place])
+            own = float(point_errors(points, spread_of_members(data, points))[place])
             measured_value = value * (1.0 + share * draw.standard_normal())
             targets.append(Target(name, measured_value, float(np.hypot(share * value, own))))
         held.append(replace(found, targets=tuple(targets)).misfit(x[place : place + 1])[0])
