@@ -105,6 +105,8 @@ def keep_edited(path: Path) -> Path | None:
 
 def require_closed(path: Path) -> None:
     """Raise StoreError if another program has a file open for writing: HDF5 locks it. No lock is asked of other systems."""
+    if is_no_file(path):  # a link is replaced, not what it leads to
+        return
     with suppress(ImportError, FileNotFoundError):
         import fcntl  # noqa: PLC0415  not everywhere
 

@@ -86,7 +86,7 @@ def test_what_is_there_changes_a_number_that_depends_on_it(tmp_path):
         + '[target]\nwithin = 0.1\nof = ["plateau_mean", "static_friction"]\n',
     )
     of_record = {each.effect for each in found if each.variable == "plateau_mean"}
-    assert of_record == {effect.name for effect in OF_CASES} - {"roughness", "third_dimension"}
+    assert of_record == {effect.name for effect in OF_CASES} - {"roughness", "strength", "third_dimension"}
     assert {each.effect for each in found} - of_record == {effect.name for effect in OF_DRIVES} - {"memory"}
 
 
