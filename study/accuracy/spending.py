@@ -66,9 +66,8 @@ class Spending:
 def probed(manifest_of: ManifestOf, grids: Sequence[int]) -> Iterator[tuple[Sample, Sample]]:
     """Samples on a fine and a coarse grid, `grids`, with each length of record that has a plateau on both."""
     done: Done = {}
-    for (
-        n_x
-    ) in grids:  # loads libraries, compiles kernels and computes compliances, which larger grids do not take longer for
+    # First once uncounted: it loads libraries, compiles kernels and computes compliances, which larger grids take no longer for.
+    for n_x in grids:
         compute_tasks(_tasks(manifest_of(n_x, LENGTHS[0]), Ensemble()), done)
     for presliding in LENGTHS:
         fine, coarse = (_sample(manifest_of(n_x, presliding), n_x, presliding, done) for n_x in grids)
