@@ -62,7 +62,7 @@ def test_explain_measures_what_the_grid_changes(main: Main, tmp_path: Path) -> N
     coarse = api.run(file, out, progress=False)["plateau_mean"].item()
     finer = api.run({**own, "numerics": {**own["numerics"], "n_x": 65}}, progress=False)["plateau_mean"].item()
     code, text, _ = main("explain", file, "--out", out, "--grid")
-    (found,) = re.findall(r"half the spacing \(n_x = 65\): (\S+)%", " ".join(text.split()))
+    (found,) = re.findall(r"half the spacing \(n_x = 65\): (\S+) ± ", " ".join(text.split()))
     assert code == 0
     change = 100.0 * abs(finer - coarse) / coarse
     np.testing.assert_allclose(float(found), change, atol=0.06)  # a digit behind the point is shown
