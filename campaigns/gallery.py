@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
-from nanoslip.study.figures.gallery import place, shipped_figures
+from nanoslip.study.figures.gallery import list_shipped_figures, place
 from nanoslip.study.figures.shared import CampaignFigure
 from nanoslip.study.results.store import write_files
 
@@ -18,7 +18,7 @@ def write_indexes(root: Path) -> list[Path]:
     A figure whose campaign lies in no folder has its own page alone.
     """
     drawn: dict[Path, list[str]] = {}
-    for figure in shipped_figures().values():
+    for figure in list_shipped_figures().values():
         folder = place(figure, root)
         if folder != root and (folder / f"{figure.name}.md").exists():
             drawn.setdefault(folder, []).append(_entry(figure))
@@ -35,7 +35,7 @@ def _entry(figure: CampaignFigure) -> str:
 
 def _head(folder: Path) -> str:
     """Heading of a gallery, what its figures mean together, and the ways to those of other folders and to figures in none."""
-    shipped = shipped_figures()
+    shipped = list_shipped_figures()
     known = {INDEX, *(f"{name}.md" for name in shipped)}
     first = [f"[{_title(path)}]({path.name})" for path in sorted(folder.glob("*.md")) if path.name not in known]
     begin = f"\n\nSummary: {', '.join(first)}." if first else ""

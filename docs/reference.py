@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import nanoslip
-from nanoslip.solver.parameter import in_measure
+from nanoslip.solver.parameter import measure_label
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.variables import Described, rows
@@ -76,7 +76,7 @@ def _marked(row: Row) -> Row:
 
 
 def _variable(each: Described) -> Row:
-    meaning = in_measure(each.meaning, each.measure) + (f" ({each.symbol})" if each.symbol else "")
+    meaning = measure_label(each.meaning, each.measure) + (f" ({each.symbol})" if each.symbol else "")
     values = ", ".join(f"`{value}`" for value in each.values)
     remark = "; ".join(filter(None, (values, each.comment, "has a ±" if each.uncertainty else "")))
     return f"`{each.name}`", meaning, each.units, each.dims, remark

@@ -187,7 +187,7 @@ class Image(NamedTuple):
 
 
 @lru_cache(maxsize=16)  # cases by the million share one
-def image_of(points: Roughness) -> Image:
+def make_image(points: Roughness) -> Image:
     """A roughness on its grid; points of an image may have any order. Raises InvalidInput if they are no grid."""
     columns = np.array(points or ((0.0, 0.0),)).T.copy()
     if len(columns) == 2:
@@ -203,7 +203,7 @@ def image_of(points: Roughness) -> Image:
 @lru_cache(maxsize=16)
 def _check_roughness(points: Roughness) -> None:
     require("roughness", len(points), len(points) != 1, "no or at least 2 points")
-    image = image_of(points)
+    image = make_image(points)
     for before, after in itertools.chain(itertools.pairwise(image.xi.tolist()), itertools.pairwise(image.y.tolist())):
         require("roughness", (before, after), before < after, "points with increasing ξ")
         apart = after - before >= LEAST_APART
@@ -429,7 +429,7 @@ def _refuse_combinations(case: Case) -> None:
     if scatter.spread > 0.0 and (sticks or not limits_shear(case)):
         beside = {"intrinsic_friction": case.intrinsic_friction}
         raise InvalidInput("spread", scatter.spread, "a mean that can be spread, finite and above 0", beside)
-    if case.effects.friction and not case.slab.scheme.held_sideways(case.slab):
+    if case.effects.friction and not case.slab.scheme.is_laterally_restrained(case.slab):
         beside = {"scheme": case.slab.scheme.name, "friction": True}
         raise InvalidInput("support", case.slab.support, "friction = false, as nothing holds the slab", beside)
     endless = case.max_presliding is None and math.isinf(case.farthest)
@@ -444,7 +444,7 @@ def _refuse_combinations(case: Case) -> None:
     _refuse_by_rows(case)
 
 
-def refuse_beside(name: str, value: object, excluded: Mapping[str, tuple[bool, object, str]]) -> None:
+def refuse_excluded(name: str, value: object, excluded: Mapping[str, tuple[bool, object, str]]) -> None:
     """Raise InvalidInput for the first parameter that a value excludes.
 
     excluded: parameter -> True if it is excluded here, its value, and what is needed instead.
@@ -465,7 +465,7 @@ def _refuse_with_classical_sliding(case: Case) -> None:
         "pin_translation": (fixed, False, f"{smaller} is computed with the pin carried along only"),
         "roughness": (rough, ABSENT, f"{smaller} is computed on smooth pins only"),
     }
-    refuse_beside("residual_shear", 1.0, excluded)
+    refuse_excluded("residual_shear", 1.0, excluded)
 
 
 def _refuse_by_rows(case: Case) -> None:
@@ -492,7 +492,7 @@ def _refuse_with_a_path(case: Case) -> None:
         "pin_translation": (varying, False, "one load, as constant pressures are those of initial contact"),
         "intrinsic_friction": (unknown, friction, "ways in L_x (stroke, legs), as there is no presliding length"),
     }
-    refuse_beside("path", ABSENT, excluded)
+    refuse_excluded("path", ABSENT, excluded)
 
 
 BY_ROWS: Final = ("start_y", "roughness")

@@ -21,7 +21,7 @@ from numba.core.compiler import Compiler
 
 from nanoslip.solver.cache_folder import private_folders, require_own_folder
 
-__all__ = ["dispatcher_of", "listening", "source_stamp"]
+__all__ = ["find_dispatcher", "listening", "source_stamp"]
 
 KERNEL_FILES: Final = ("arrays.py", "cache_folder.py", "compiled.py", "compiling.py", "*/kernels/*.py")
 """Files of kernels, of all that kernels import from this package, and of their compilation; relative to the package."""
@@ -29,7 +29,7 @@ _PACKAGE = Path(__file__).parent
 _IMPORTED: Final = re.compile(r"^from nanoslip\.solver\.(\w+)\.kernels", re.MULTILINE)
 
 
-def dispatcher_of(function: Callable[..., object], allocates: bool, options: dict[str, Any]) -> Any:
+def find_dispatcher(function: Callable[..., object], allocates: bool, options: dict[str, Any]) -> Any:
     """Numba's dispatcher of a kernel, which counts references to arrays if it allocates some.
 
     Where no folder for what is compiled can be written or read, every process compiles for itself.
@@ -49,7 +49,7 @@ def dispatcher_of(function: Callable[..., object], allocates: bool, options: dic
 def source_stamp(folder: Path) -> str:
     """Hash of all kernel files that kernels of a folder may call, at the first call in this process."""
     stamp = hashlib.sha256()
-    for path in called_from(folder):
+    for path in kernel_imports(folder):
         content = path.read_bytes()
         # With its length, so that no text could move from one file to the next unseen.
         stamp.update(f"{path.relative_to(_PACKAGE)} {len(content)} ".encode())
@@ -57,7 +57,7 @@ def source_stamp(folder: Path) -> str:
     return stamp.hexdigest()
 
 
-def called_from(folder: Path) -> list[Path]:
+def kernel_imports(folder: Path) -> list[Path]:
     """The kernel files of a folder and of all from which they import, and what compiles them; all files for another folder."""
     every = sorted(path for files in KERNEL_FILES for path in _PACKAGE.glob(files))
     found, new = set[Path](), {folder}

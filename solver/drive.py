@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar, Final, Literal, Self
 
-from nanoslip.solver.case import Case, refuse_beside
-from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.solver.case import Case, refuse_excluded
+from nanoslip.solver.outcome import InvalidInput, quote_value
 from nanoslip.solver.parameter import (
     MOST_WHOLE,
     Family,
@@ -161,7 +161,7 @@ class Drive:
             need = f"integrator = {having}, as a step of {settings} has no rest"
             raise InvalidInput("surface_compliance", False, need)
         for key in other_than_a_contact(self) if self.memory else ():
-            raise InvalidInput("memory", True, f"{key} = {quoted(OVER_A_CONTACT[key])}", {key: getattr(self, key)})
+            raise InvalidInput("memory", True, f"{key} = {quote_value(OVER_A_CONTACT[key])}", {key: getattr(self, key)})
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
@@ -177,7 +177,7 @@ class Drive:
         duration_periods: duration in periods of the pin on its spring. stage_travel: duration by the stage's distance (m).
         Raises InvalidInput for values out of range, and for unknown names.
         """
-        in_si = cls.of({**si_defaults(), **in_seconds(parameters, pin_mass)})
+        in_si = cls.of({**si_defaults(), **convert_to_seconds(parameters, pin_mass)})
         return in_si.scaled(scales or Scales(), pin_mass, only_length(parameters))
 
     @property
@@ -198,7 +198,7 @@ class Drive:
                 found = _FROM_SI[stated.scale](values[name], scales, time)
                 key, given = length if length and name == "duration" else (name, values[name])
                 own = given / values[name] * units[stated.scale] if values[name] else 1.0
-                values[name] = _in_range(key, given, found, stated, own, " with this pin_mass and these scales")
+                values[name] = check_range(key, given, found, stated, own, " with this pin_mass and these scales")
         return self.of(values)
 
 
@@ -210,7 +210,7 @@ _FROM_SI: Final[dict[str, Callable[[float, Scales, float], float]]] = {
 """Scale of a parameter -> its value in the solver's units, from SI; time: their unit of time, in s."""
 
 
-def _in_range(key: str, given: float, value: float, stated: Parameter, own: float, note: str) -> float:
+def check_range(key: str, given: float, value: float, stated: Parameter, own: float, note: str) -> float:
     """Check `value`, which is `given` in other units. Raises InvalidInput, in the key's units, if it is out of range.
 
     own: the unit of `value` in that of the key.
@@ -245,7 +245,7 @@ def refuse_with_memory(case: Case) -> None:
         "residual_shear": (rule.residual_shear == 1.0, 1.0, "slips that drop stress, residual_shear < 1"),
         "limited_shear": (rule.limited_shear == "forward", "forward", "shear limited both ways"),
     }
-    refuse_beside("memory", True, excluded)
+    refuse_excluded("memory", True, excluded)
 
 
 PERIODS: Final = "duration_periods"
@@ -265,11 +265,11 @@ def only_length(parameters: Mapping[str, Any]) -> tuple[str, Any] | None:
     """Find the one of the `DURATIONS` that these parameters give, and its value; None if none. Raises InvalidInput if two."""
     given = [(name, parameters[name]) for name in DURATIONS if parameters.get(name) is not None]
     for other, value in given[1:]:
-        require(other, value, False, f"to be left out beside {given[0][0]} = {quoted(given[0][1])}")
+        require(other, value, False, f"to be left out beside {given[0][0]} = {quote_value(given[0][1])}")
     return given[0] if given else None
 
 
-def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]:
+def convert_to_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]:
     """Parameters of a drive in SI with `duration` in s, also where they give it by one of the other `DURATIONS`.
 
     pin_mass: in kg. Raises InvalidInput if two are given, for a stage that never gets as far, and for values out of range.
@@ -289,7 +289,7 @@ def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]
         require("stage_velocity", own, own > 0.0, f"stage_velocity > 0 with {TRAVEL}")
         duration = value / own
     stated = declared(Drive)["duration"]
-    return {**found, "duration": _in_range(key, value, duration, stated, own, f" with this {others}")}
+    return {**found, "duration": check_range(key, value, duration, stated, own, f" with this {others}")}
 
 
 def parameters_of_a_drive() -> Mapping[str, Parameter]:
@@ -310,7 +310,7 @@ CYCLES: Final = 4
 """Cycles of stick-slip, or periods of a pin that slides, after the first slip: twice the periods that μ_k needs at the least."""
 
 
-def expected_duration(drive: Drive, peak: float, mean: float, surface_stiffness: float, way: float) -> float:
+def estimate_duration(drive: Drive, peak: float, mean: float, surface_stiffness: float, way: float) -> float:
     """The time that a drive needs, in its unit. peak, mean: friction forces in G·L_x·L_y. surface_stiffness: K in G·L_y.
 
     way: of the friction record, after which the friction repeats, in L_x.

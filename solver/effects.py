@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, Generic, TypeVar
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.pin import expected_half_width
+from nanoslip.solver.contact.pin import estimate_half_width
 from nanoslip.solver.drive import OVER_A_CONTACT, Drive, other_than_a_contact
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.slab import Slab
@@ -35,7 +35,7 @@ def _of_drive(key: str, off: Any, setting: str, name: str = "") -> Effect[Drive]
     )
 
 
-def _of_case(part: str, key: str, off: Any, setting: str) -> Effect[Case]:
+def case_effect(part: str, key: str, off: Any, setting: str) -> Effect[Case]:
     """Declare an effect of a part of a case."""
     return Effect(
         key,
@@ -90,21 +90,21 @@ def _bottomless(slab: Slab) -> Slab:
     return Slab(slab.n_x, poisson=slab.poisson, scheme="half_space" if slab.scheme.planar else "half_plane")
 
 
-def in_plane_strain(case: Case) -> Case:
+def make_plane_strain(case: Case) -> Case:
     """The cylinder with a ball's curvature, Hertz half-width and node spacing; a disc is a punch under the same load."""
     load = case.normal_load
     if case.pin == "parabola":
-        load = math.pi * expected_half_width(case) ** 2 / (2.0 * case.radius * (1.0 - case.slab.poisson))
+        load = math.pi * estimate_half_width(case) ** 2 / (2.0 * case.radius * (1.0 - case.slab.poisson))
     slab = replace(case.slab, scheme="half_plane" if case.slab.scheme.bottomless else "strip")
     return replace(case, slab=slab, normal_load=load, start_y=0.0)
 
 
 OF_CASES: Final[tuple[Effect[Case], ...]] = (
-    _of_case("effects", "coupling", False, "effects.coupling = false"),
-    _of_case("effects", "pin_translation", False, "effects.pin_translation = false"),
-    _of_case("heterogeneity", "roughness", (), "no heterogeneity.roughness"),
-    _of_case("heterogeneity", "spread", 0.0, "heterogeneity.spread = 0"),
-    _of_case("slip_rule", "strength", 0.0, "slip.strength = 0"),
+    case_effect("effects", "coupling", False, "effects.coupling = false"),
+    case_effect("effects", "pin_translation", False, "effects.pin_translation = false"),
+    case_effect("heterogeneity", "roughness", (), "no heterogeneity.roughness"),
+    case_effect("heterogeneity", "spread", 0.0, "heterogeneity.spread = 0"),
+    case_effect("slip_rule", "strength", 0.0, "slip.strength = 0"),
     Effect(
         "finite_slab",
         lambda case: not case.slab.scheme.bottomless,
@@ -114,7 +114,7 @@ OF_CASES: Final[tuple[Effect[Case], ...]] = (
     Effect(
         "third_dimension",
         lambda case: case.slab.scheme.planar and not case.heterogeneity.roughness,
-        in_plane_strain,
+        make_plane_strain,
         "scheme half_plane, of a layer strip, at the load with the same Hertz half-width: as many nodes across",
     ),
 )

@@ -16,7 +16,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.case import LEAST_APART, PIN_SIZES, Case, Image, image_of
+from nanoslip.solver.case import LEAST_APART, PIN_SIZES, Case, Image, make_image
 from nanoslip.solver.parameter import Roughness
 
 Places = Literal["drawn", "given"]
@@ -66,7 +66,7 @@ class Ensemble:
             size *= 2
         yield self.members
 
-    def within_target(self, values: Sequence[float], shared: float = 0.0) -> bool:
+    def meets_target(self, values: Sequence[float], shared: float = 0.0) -> bool:
         """True if the mean over these members meets the target. shared: see `mean_of`."""
         if self.within is None:
             return False
@@ -78,7 +78,7 @@ class Ensemble:
         """Number of members planned before the run: the smallest possible one with a target."""
         return self.members if self.within is None else min(FEWEST, self.members)
 
-    def for_observables(self, names: Collection[str]) -> "Ensemble":
+    def select_observables(self, names: Collection[str]) -> "Ensemble":
         """The ensemble with those variables of its target that have these names; the fewest members if there are none."""
         of = tuple(name for name in self.of if name in names)
         if of or self.within is None:
@@ -120,15 +120,15 @@ def chance_of(case: Case, number: int, *further: float) -> Chance:
 @lru_cache(maxsize=16)
 def elsewhere(profile: Roughness, place: float, place_y: float = 0.0) -> Roughness:
     """A profile or image continued by its mirror image, again and again, at places in [0, 1) of its periods; of the same size."""
-    image = image_of(profile)
-    xi, heights = _moved(image.xi, image.height, place)
+    image = make_image(profile)
+    xi, heights = shift_profile(image.xi, image.height, place)
     if len(image.y) == 1:
         return Image(xi, image.y, heights).points
-    y, across = _moved(image.y, heights.T, place_y)
+    y, across = shift_profile(image.y, heights.T, place_y)
     return Image(xi, y, across.T).points
 
 
-def _moved(xi: Floats, rows: Floats, place: float) -> tuple[Floats, ...]:
+def shift_profile(xi: Floats, rows: Floats, place: float) -> tuple[Floats, ...]:
     """Knots ξ and the heights (rows, knots) of profiles continued by their mirror images, at a place of that period."""
     first, period = xi[0], 2.0 * np.ptp(xi)
     there = np.concatenate((xi, 2.0 * xi[-1] - xi[-2:0:-1]))
@@ -149,7 +149,7 @@ def needed(members: int) -> float:
     return max(min(FEWEST, members), members / 2.0)
 
 
-def change_by(without: Sequence[float], whole: Sequence[float]) -> float:
+def omission_error(without: Sequence[float], whole: Sequence[float]) -> float:
     """Relative error of a mean by omitted effects: |change| plus twice its ±, over the mean with all effects.
 
     Both are computed from the same members, so scatter cancels. Infinite if unknown.

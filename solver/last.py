@@ -8,7 +8,7 @@ Of = TypeVar("Of")
 Answer = TypeVar("Answer")
 
 
-def of_the_last(function: Callable[[Of], Answer]) -> Callable[[Of], Answer]:
+def cache_last(function: Callable[[Of], Answer]) -> Callable[[Of], Answer]:
     """The function of a frozen value, cached for its last argument."""
     known: tuple[Of, Answer] | None = None
 

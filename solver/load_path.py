@@ -130,7 +130,7 @@ class LoadPath:
                 yield from ((middle - reach, load), (middle + reach, load))
 
 
-def length_of(path: LoadPath, presliding_length: float) -> tuple[int, float, float]:
+def path_extent(path: LoadPath, presliding_length: float) -> tuple[int, float, float]:
     """Legs of a path, the way of its pin, and how far it goes from where it came down, both in L_x."""
     shown = min(path.cycles, 1) if path.cyclic else 0
     places = [0.0, *(place for place, _ in path.points(1.0, presliding_length, shown))]
@@ -199,7 +199,7 @@ FORCE: Final = OVER_LOAD | {"comment": "W: normal_load of the case"}
 """A friction force along a path."""
 
 
-def of_leg(meaning: str, name: str, **more: Any) -> Any:
+def leg_column(meaning: str, name: str, **more: Any) -> Any:
     """Declare a column over the legs of a path. name: the part after `leg_`."""
     return quantity(meaning, f"leg_{name}", along="turn", **more)
 
@@ -208,22 +208,22 @@ def of_leg(meaning: str, name: str, **more: Any) -> Any:
 class Turns:
     """Numbers of each leg of a path, (legs,), which begins at a turn and ends at the next."""
 
-    direction: NDArray[np.int8] = of_leg(
+    direction: NDArray[np.int8] = leg_column(
         "direction of the leg", "direction", dtype=np.int8, comment="1 to the right, -1 to the left"
     )
-    begin: Floats = of_leg("displacement at its begin", "begin", symbol="δ_p/L_x", measure="L_x")
-    end: Floats = of_leg("displacement at its end", "end", symbol="δ_p/L_x", measure="L_x")
-    first_load: Floats = of_leg("load at its begin, over normal_load", "first_load", per="normal_load")
-    last_load: Floats = of_leg("load at its end, over normal_load", "last_load", per="normal_load")
-    first_force: Floats = of_leg("F/W at its begin", "first_friction", **FORCE)
-    last_force: Floats = of_leg("F/W at its end", "last_friction", **FORCE)
-    lost: Floats = of_leg("energy lost on the leg", "loss", **ENERGY)
-    load_work: Floats = of_leg("work of the load", "load_work", **ENERGY)
-    events: NDArray[np.int64] = of_leg("events of the leg", "events", dtype=np.int64)
-    slips: NDArray[np.int64] = of_leg("node slips of the leg", "slips", dtype=np.int64)
+    begin: Floats = leg_column("displacement at its begin", "begin", symbol="δ_p/L_x", measure="L_x")
+    end: Floats = leg_column("displacement at its end", "end", symbol="δ_p/L_x", measure="L_x")
+    first_load: Floats = leg_column("load at its begin, over normal_load", "first_load", per="normal_load")
+    last_load: Floats = leg_column("load at its end, over normal_load", "last_load", per="normal_load")
+    first_force: Floats = leg_column("F/W at its begin", "first_friction", **FORCE)
+    last_force: Floats = leg_column("F/W at its end", "last_friction", **FORCE)
+    lost: Floats = leg_column("energy lost on the leg", "loss", **ENERGY)
+    load_work: Floats = leg_column("work of the load", "load_work", **ENERGY)
+    events: NDArray[np.int64] = leg_column("events of the leg", "events", dtype=np.int64)
+    slips: NDArray[np.int64] = leg_column("node slips of the leg", "slips", dtype=np.int64)
 
 
-def of_line(meaning: str, name: str, **more: Any) -> Any:
+def line_column(meaning: str, name: str, **more: Any) -> Any:
     """Declare a column over the points of a path's line. name: the part after `path_`."""
     return quantity(meaning, f"path_{name}", along="path_point", **more)
 
@@ -232,7 +232,9 @@ def of_line(meaning: str, name: str, **more: Any) -> Any:
 class PathLine:
     """Friction force over displacement along all legs, (points,): ends of legs, and before and after each event."""
 
-    displacement: Floats = of_line("pin displacement", "displacement", symbol="δ_p/L_x", coordinate=True, measure="L_x")
-    force: Floats = of_line("F/W along the path", "friction", **FORCE)
-    load: Floats = of_line("load along the path, over normal_load", "load", per="normal_load")
-    leg: NDArray[np.int32] = of_line("leg of the path", "leg", dtype=np.int32, comment="from 0")
+    displacement: Floats = line_column(
+        "pin displacement", "displacement", symbol="δ_p/L_x", coordinate=True, measure="L_x"
+    )
+    force: Floats = line_column("F/W along the path", "friction", **FORCE)
+    load: Floats = line_column("load along the path, over normal_load", "load", per="normal_load")
+    leg: NDArray[np.int32] = line_column("leg of the path", "leg", dtype=np.int32, comment="from 0")

@@ -160,7 +160,7 @@ class SolverError(NanoslipError):
         return Outcome(self.ending, str(self), cause=self.cause)
 
 
-def quoted(value: object) -> str:
+def quote_value(value: object) -> str:
     """A value as messages show it: cut to fit a line, whatever it is."""
     try:
         text = str(value).lower() if isinstance(value, bool) else repr(value)
@@ -198,7 +198,7 @@ class InvalidInput(SolverError, ValueError):
 
     def __str__(self) -> str:
         values = {self.key: self.value, **self.beside}
-        given = (key if value is ABSENT else f"{key} = {quoted(value)}" for key, value in values.items())
+        given = (key if value is ABSENT else f"{key} = {quote_value(value)}" for key, value in values.items())
         return ": needs ".join(filter(None, (" with ".join(given), self.need)))
 
 

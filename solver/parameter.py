@@ -51,7 +51,7 @@ _SHARED: Final = {
 _KEY: Final = "quantity"
 
 
-def in_measure(meaning: str, measure: str) -> str:
+def measure_label(meaning: str, measure: str) -> str:
     """Meaning of a number with its unit, as a label: `mean step per event, in L_x`."""
     return f"{meaning}, in {measure}" if measure else meaning
 
@@ -103,7 +103,7 @@ class Quantity:
     @property
     def long_name(self) -> str:
         """Meaning, with the measure."""
-        return in_measure(self.meaning, self.measure)
+        return measure_label(self.meaning, self.measure)
 
     @property
     def uncertainty(self) -> str:
@@ -245,7 +245,7 @@ class Parameter:
     @property
     def long_name(self) -> str:
         """Meaning, with the measure."""
-        return in_measure(self.meaning, self.measure)
+        return measure_label(self.meaning, self.measure)
 
     def holds(self, number: float) -> bool:
         """True if a number is in bounds."""
@@ -287,7 +287,7 @@ def declared(kind: type) -> Mapping[str, Parameter]:
 
 def _completed(item: "dataclasses.Field[Any]", kind: Any) -> Parameter:
     stated: Parameter = item.metadata[_PARAMETER_KEY]
-    number = _conversion_of(item.type) not in (None, bool)
+    number = field_conversion(item.type) not in (None, bool)
     table = stated.table or getattr(kind, "TABLE", "")
     return replace(stated, table=table, unit=stated.unit or ("1" if number else ""))
 
@@ -353,7 +353,7 @@ class _Check(NamedTuple):
 
     @classmethod
     def of(cls, name: str, stated: Parameter, kind: Any) -> Self:
-        return cls(name, stated, type(None) in get_args(kind), choices_of(kind), _conversion_of(kind))
+        return cls(name, stated, type(None) in get_args(kind), choices_of(kind), field_conversion(kind))
 
     def taken(self, given: Any) -> Any:
         """The value in its declared type. Raises InvalidInput."""
@@ -438,7 +438,7 @@ _CONVERSIONS: dict[Any, Callable[[str, Any], Any]] = {
 """Declared type -> how a value becomes of it."""
 
 
-def _conversion_of(kind: Any) -> Any:
+def field_conversion(kind: Any) -> Any:
     """The type, or the one beside None, to which values of a field are converted; None if they are not."""
     kinds = (kind, *(get_args(kind) if get_origin(kind) is not tuple else ()))
     return next((plain for plain in _CONVERSIONS if plain in kinds), None)

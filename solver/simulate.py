@@ -112,10 +112,10 @@ def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None)
     plateau = plateau_of(record)
     if wrong := disproportion(drive, record.initial_stiffness, plateau.mean * record.normal_load):
         warnings.warn(wrong, stacklevel=2)
-    return DriveResult(record, plateau, *measured(record, plateau, drive, over_contact(case, drive)))
+    return DriveResult(record, plateau, *measured(record, plateau, drive, contact_pull(case, drive)))
 
 
-def over_contact(case: Case, drive: Drive, compliance: Compliance | None = None) -> Pulled | None:
+def contact_pull(case: Case, drive: Drive, compliance: Compliance | None = None) -> Pulled | None:
     """The way to pull the pin of `case` over its contact itself; None of a drive without `memory`."""
     if not drive.memory:
         return None

@@ -56,7 +56,7 @@ class Scheme(ABC):
     @classmethod
     def takes(cls, n_x: int) -> bool:
         """True if it accepts this number of surface nodes."""
-        return 2 <= levels_of(n_x) <= MOST_LEVELS
+        return 2 <= grid_levels(n_x) <= MOST_LEVELS
 
     def completed(self, slab: "Slab") -> Self:
         """These settings with the scheme's own values in place of None. Raises InvalidInput for what does not fit the slab."""
@@ -77,7 +77,7 @@ class Scheme(ABC):
         """Stiffness per length of springs that are pressed down each for itself, in G/L_x; None of a continuum."""
         return None
 
-    def held_sideways(self, slab: "Slab") -> bool:
+    def is_laterally_restrained(self, slab: "Slab") -> bool:
         """True if a boundary keeps the slab from following the drag for ever."""
         return True
 
@@ -195,7 +195,7 @@ LIMITED_BY_SCHEME = ("n_x", "poisson")
 """Fields of a slab whose allowed values depend on its scheme."""
 
 
-def levels_of(nodes: int | None) -> int:
+def grid_levels(nodes: int | None) -> int:
     """q of a row of 2^q + 1 nodes; 0 where there is none."""
     intervals = (nodes or 0) - 1
     return intervals.bit_length() - 1 if intervals > 0 and intervals & (intervals - 1) == 0 else 0

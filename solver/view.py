@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import Quantity, attributes, in_measure, quantities
+from nanoslip.solver.parameter import Quantity, attributes, measure_label, quantities
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,7 +95,7 @@ class Viewed(Labels):
         """
         axes, outcome = draw_picture(self._picture(), axes), self._outcome()
         if outcome and not outcome.ok:
-            axes.set_title(in_words(outcome), fontsize="small", wrap=True)
+            axes.set_title(describe_outcome(outcome), fontsize="small", wrap=True)
         return axes
 
     def _picture(self) -> Picture:
@@ -121,7 +121,7 @@ def as_dataset(numbers: Iterable[Labelled], factors: Mapping[str, float], outcom
     for quantity, number in numbers:
         told = attributes(quantity)
         if quantity.per and quantity.per not in factors:
-            told |= {"units": "1", "long_name": in_measure(quantity.meaning, OWN_UNITS[quantity.per])}
+            told |= {"units": "1", "long_name": measure_label(quantity.meaning, OWN_UNITS[quantity.per])}
         scaled = number * factors.get(quantity.per, 1.0) if quantity.per else number
         kinds[quantity.coordinate][quantity.name] = ((quantity.along,) if quantity.along else (), scaled, told)
     ended = {"outcome": str(outcome.ending), "message": outcome.message} if outcome else {}
@@ -144,7 +144,7 @@ def draw_picture(picture: Picture, axes: "Axes | None") -> "Axes":
     return axes
 
 
-def in_words(outcome: Outcome) -> str:
+def describe_outcome(outcome: Outcome) -> str:
     """Outcome of a computation in words, with advice."""
     message = outcome.naming("duration").message
     return f"{outcome.ending}: {message}" if message else str(outcome.ending)

@@ -20,17 +20,17 @@ from nanoslip.solver.parameter import require
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor, file
-from nanoslip.study.dataset.collect import collect, is_made_of, losses, made_of, write_state
+from nanoslip.study.dataset.collect import collect, dataset_hash, is_current_dataset, losses, write_state
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.dataset.join import joined
-from nanoslip.study.inference.campaign import question_of
+from nanoslip.study.inference.campaign import make_question
 from nanoslip.study.inference.fit import MOST_COMPUTED, Fit, Target
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import BETWEEN
 from nanoslip.study.manifest.problems import ManifestError
-from nanoslip.study.manifest.reader import files_named_in, load_manifest, parse_manifest
+from nanoslip.study.manifest.reader import load_manifest, named_files, parse_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.report.console import console
@@ -127,8 +127,8 @@ def run(
         )
         if failed := ended.failed + ended.given_up:
             _warn(3, f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)")
-        path, made = folder / file.FILE, made_of(plan.manifest, ended.store)
-        if not (is_made_of(path, ended.store, made) and file.has_its_bytes(path)):
+        path, made = folder / file.FILE, dataset_hash(plan.manifest, ended.store)
+        if not (is_current_dataset(path, ended.store, made) and file.has_its_bytes(path)):
             collected = collect(plan, ended.store)
             ended.store.prepare()  # sets aside what could not be read
             if lost := losses(path, collected):
@@ -164,7 +164,7 @@ def fit(
     """
     targets = [Target(name, *given) for name, given in numbers.items()]
     ranges = vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
-    question = question_of(manifest_of(campaign), targets, ranges, fixed)
+    question = make_question(manifest_of(campaign), targets, ranges, fixed)
     question.check(Path("" if out is None else out))
     with ExitStack() as stack:
         folder, farm = _computing(stack, out, jobs)
@@ -284,7 +284,7 @@ def manifest_of(campaign: Campaign) -> Manifest:
         text = as_toml(given)
     except TypeError as error:
         raise ManifestError.in_file(DICT, remark=str(error)) from None
-    named = {key: names for key, names in files_named_in(given).items() if key not in frames}
+    named = {key: names for key, names in named_files(given).items() if key not in frames}
     beside = {key: BETWEEN.join(read_text(Path(name)) for name in names) for key, names in named.items()}
     return parse_manifest(DICT, text, beside | frames)
 

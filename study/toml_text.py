@@ -8,7 +8,7 @@ import unicodedata
 from collections.abc import Mapping
 from typing import Any, Final
 
-from nanoslip.solver.outcome import SHOWN, quoted
+from nanoslip.solver.outcome import SHOWN, quote_value
 
 
 def from_toml(text: str) -> dict[str, Any]:
@@ -87,5 +87,5 @@ def shown(value: object) -> str:
     try:
         text = float.__repr__(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)
     except (ValueError, RecursionError):  # Python writes no number of more than 4300 digits, and nothing nested deeply
-        return quoted(value)
+        return quote_value(value)
     return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."

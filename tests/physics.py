@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.limit import node_limit
-from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import make_pin, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance
 from nanoslip.solver.slab import SCHEMES, Slab
@@ -48,7 +48,7 @@ def law_errors(state: ContactState, case: Case, compliance: Compliance) -> dict[
     displacement = np.concatenate((state.u, state.w))
     normal, shear = -state.nodal_force[1], limited_shear(state.nodal_force[0], case)
     # Rounding of heights cannot be told from gaps; where a node is far out on a sharp pin that is more than the load moves.
-    height = pin_of(case).height(surface_from_pin(case, state.first_node) + state.u - state.displacement)
+    height = make_pin(case).height(surface_from_pin(case, state.first_node) + state.u - state.displacement)
     blur = np.where(np.isfinite(height), ROUNDING * np.abs(height), 0.0)
     off = np.maximum(np.abs(state.w + state.approach - height) - blur, 0.0)[inside]
     below = np.maximum(-state.gap - blur, 0.0)
@@ -102,7 +102,7 @@ def assert_friction_law(case: Case, record: FrictionRecord, compliance: Complian
     strengths = node_limit(case, compliance.widths, np.zeros(case.slab.nodes))
     most = float(node_limit(case, 0.0, np.full(case.slab.nodes, case.normal_load)).max()) + most_nodes * strengths.max()
     forces = np.concatenate((record.force_before, record.force_after, [record.initial_force]))
-    pin, reach = pin_of(case), case.slab.spacing * most_nodes
+    pin, reach = make_pin(case), case.slab.spacing * most_nodes
     highest = pin.curvature * reach**2 / 2 + float(np.abs(pin.rises).max())
     ones = compliance.window(np.arange(case.slab.n_x))  # all nodes of a row; on a plane all are alike
     rounding = ROUNDING * highest / float(np.abs(np.diag(ones)).max())

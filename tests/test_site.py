@@ -16,7 +16,7 @@ import nanoslip
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset.variables import rows
 from nanoslip.study.manifest.manifest import MORE_KEYS, Outputs, drive_parameters
-from nanoslip.study.manifest.parameters import TABLES, words_of
+from nanoslip.study.manifest.parameters import TABLES, table_words
 from tests.conftest import ROOT
 
 REFERENCE = runpy.run_path(str(ROOT / "docs" / "reference.py"))
@@ -33,7 +33,7 @@ def first_column(text: str) -> set[str]:
 def test_every_key_is_on_its_page() -> None:
     tables = {name: first_column(text) for name, text in REFERENCE["tables_of_keys"]()}
     more = {name: {word for table, word in MORE_KEYS if table == name} for name in TABLES}
-    assert {name: tables[name] for name in TABLES} == {name: more[name].union(words_of(name)) for name in TABLES}
+    assert {name: tables[name] for name in TABLES} == {name: more[name].union(table_words(name)) for name in TABLES}
     assert tables["drives"] == drive_parameters().keys()
     assert tables["outputs"] == {each.name for each in fields(Outputs)}
 

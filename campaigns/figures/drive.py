@@ -20,8 +20,8 @@ from nanoslip.study.figures.shared import (
     ClosedForm,
     closed_form as closed_form_of,
     column,
-    over_starts,
-    scales_in,
+    shipped_scales,
+    start_statistics,
 )
 
 
@@ -35,7 +35,7 @@ def closed_form(
 ) -> ClosedForm:
     """The motion that Eq. 16-19 give for the dataset's drive with these coefficients."""
     time = np.linspace(0.0, float(dataset["duration"]), samples + 1)
-    return closed_form_of(dataset, scales_in(dataset), time, kinetic, static, later_static)
+    return closed_form_of(dataset, shipped_scales(dataset), time, kinetic, static, later_static)
 
 
 def fitted(dataset: xr.Dataset, intrinsic_friction: float = 0.5, begin: float = 0.0) -> ClosedForm:
@@ -72,7 +72,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         (paper.KINETIC, "fitted_kinetic_friction", "μ_k, fitted", _KINETIC),
     ):
         yield paper.compared(stated, every_start(dataset, name), why, meaning)
-    missed = over_starts(every_start(dataset, "fit_residual"), 2)
+    missed = start_statistics(every_start(dataset, "fit_residual"), 2)
     yield Claim("misfit of Eq. 16-19, rms, over W", "agrees remarkably well (§3.3)", missed)
     first, second = slip_times(dataset)
     yield paper.compared(paper.FIRST_SLIP, first, digits=3, scale=1e3)
@@ -99,7 +99,7 @@ def damper_force(dataset: xr.Dataset) -> float:
 
 def load_of(dataset: xr.Dataset) -> float:
     """W in N."""
-    return float(dataset["normal_load"]) * scales_in(dataset).force
+    return float(dataset["normal_load"]) * shipped_scales(dataset).force
 
 
 def slip_times(dataset: xr.Dataset, intrinsic_friction: float = 0.5) -> tuple[Floats, Floats]:
@@ -240,7 +240,7 @@ def claims_of_motion(dataset: xr.Dataset) -> Iterator[Claim]:
         for begin in dataset["start"].values
     ]
     yield paper.compared(paper.FINAL_VELOCITY, np.array(last), "that of the stage", scale=1e3)
-    micro = over_starts(every_start(dataset, "micro_slips"), 3)
+    micro = start_statistics(every_start(dataset, "micro_slips"), 3)
     yield Claim("finding 1: slips while the pin is stuck", "many (§4)", micro, "that end before the presliding length")
 
 
@@ -257,10 +257,12 @@ def claims_of_friction(dataset: xr.Dataset) -> Iterator[Claim]:
     yield paper.compared(paper.RINGING, decay, why, digits=3, scale=1e3)
     bursts = np.array([float(len(stick.bursts)) for stick in sticks])
     remark = f"falls of F/W by {LEAST_DROP:g} or more at once"
-    yield Claim("bursts during the first stick phase", "intermittent (§3.3)", over_starts(bursts, 3), remark)
+    yield Claim("bursts during the first stick phase", "intermittent (§3.3)", start_statistics(bursts, 3), remark)
     rough = np.array([_fluctuation(dataset, float(begin)) for begin in dataset["start"].values])
     meaning = "finding 2: standard deviation of F/W while sliding"
-    yield Claim(meaning, "high-frequency fluctuations (§4)", over_starts(rough, 2), "over the last tenth of the drive")
+    yield Claim(
+        meaning, "high-frequency fluctuations (§4)", start_statistics(rough, 2), "over the last tenth of the drive"
+    )
 
 
 def _fluctuation(dataset: xr.Dataset, begin: float) -> float:

@@ -14,7 +14,7 @@ from scipy import signal, stats
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Number, column, number_of, over_starts
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Number, column, start_mean, start_statistics
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,7 +154,7 @@ def claims_of_static(dataset: xr.Dataset) -> Iterator[Claim]:
     """Mean, scatter and shape of μ_s/μ_i for each intrinsic friction coefficient."""
     for group in all_starts(dataset):
         share = group.static / group.intrinsic_friction
-        found = over_starts(share)
+        found = start_statistics(share)
         remark = (
             f"μ_s/μ_k = {float(np.mean(group.static / group.kinetic)):.4g}, skewness {float(stats.skew(share)):.2g}"
         )
@@ -163,7 +163,7 @@ def claims_of_static(dataset: xr.Dataset) -> Iterator[Claim]:
 
 def of_starts(dataset: xr.Dataset, share: Callable[[Starts], Floats]) -> Number:
     """Mean of a number over all starts, with its ±."""
-    return number_of(np.concatenate([share(group) for group in all_starts(dataset)]))
+    return start_mean(np.concatenate([share(group) for group in all_starts(dataset)]))
 
 
 def extreme(dataset: xr.Dataset, share: Callable[[Starts], Floats], most: Callable[[Floats], float]) -> Number:
@@ -202,7 +202,7 @@ def speed_of_fluctuation(dataset: xr.Dataset, intrinsic_friction: float = 0.5) -
         steady = (x >= float(here["plateau_start"])) & (x <= float(here["plateau_end"]))
         per_width = halving_frequency(x[steady], line["friction_force"].values[steady])
         found.append(per_width * velocity / width / natural)
-    return number_of(found)
+    return start_mean(found)
 
 
 def kinetic_over_plateau(dataset: xr.Dataset) -> Number:
@@ -212,7 +212,7 @@ def kinetic_over_plateau(dataset: xr.Dataset) -> Number:
 
 NUMBERS: Final[Mapping[str, Any]] = {
     "fewest micro slips": partial(extreme, share=lambda group: group.micro_slips, most=np.min),
-    "fluctuation": lambda dataset: number_of((dataset["plateau_std"] / dataset["plateau_mean"]).values.ravel()),
+    "fluctuation": lambda dataset: start_mean((dataset["plateau_std"] / dataset["plateau_mean"]).values.ravel()),
     "largest μ_s/μ_i": partial(extreme, share=lambda group: group.static / group.intrinsic_friction, most=np.max),
     "μ_s/μ_i": partial(of_starts, share=lambda group: group.static / group.intrinsic_friction),
     "μ_k/μ_i": partial(of_starts, share=lambda group: group.kinetic / group.intrinsic_friction),

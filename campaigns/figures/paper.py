@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.study.figures.shared import Claim, over_starts
+from nanoslip.study.figures.shared import Claim, start_statistics
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ def compared(
     """
     found = scale * values[np.isfinite(values)]
     remark = "; ".join(part for part in (_verdict(stated, found), why) if part)
-    return Claim(meaning or stated.meaning, str(stated), over_starts(found, digits), remark)
+    return Claim(meaning or stated.meaning, str(stated), start_statistics(found, digits), remark)
 
 
 def _verdict(stated: Stated, found: NDArray[np.float64]) -> str:

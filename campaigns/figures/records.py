@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, over_starts
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, start_statistics
 
 _FRICTIONS = (0.25, 0.5)
 
@@ -58,7 +58,7 @@ def claims_of_records(dataset: xr.Dataset) -> Iterator[Claim]:
     for stated, friction in ((paper.DISPLACEMENT_HALF, 0.5), (paper.DISPLACEMENT_QUARTER, 0.25)):
         yield paper.compared(stated, every_start(dataset, "final_displacement", friction), _DISPLACEMENT, digits=3)
     for friction in reversed(_FRICTIONS):
-        spans = over_starts(every_start(dataset, "record_spacings", friction), 2)
+        spans = start_statistics(every_start(dataset, "record_spacings", friction), 2)
         yield Claim(f"node spacings of a record, μ_i = {friction:g}", "", spans, _SPANS)
 
 
@@ -92,9 +92,9 @@ def draw_steps(dataset: xr.Dataset) -> Figure:
 def claims_of_steps(dataset: xr.Dataset) -> Iterator[Claim]:
     """Claims of §3.2.2 on single steps, with L_x = 1 mm."""
     nanometres = 1e9 * every_start(dataset, "mean_step_si", 0.5)
-    yield Claim(paper.STEP.meaning, str(paper.STEP), over_starts(nanometres), _STEP)
+    yield Claim(paper.STEP.meaning, str(paper.STEP), start_statistics(nanometres), _STEP)
     below = [_share_below_a_nanometre(dataset, float(begin)) for begin in dataset["start"].values]
-    yield Claim("share of steps below 1 nm", "many (§3.2.2)", over_starts(np.array(below), 3), "")
+    yield Claim("share of steps below 1 nm", "many (§3.2.2)", start_statistics(np.array(below), 3), "")
 
 
 def _share_below_a_nanometre(dataset: xr.Dataset, begin: float) -> float:

@@ -18,9 +18,9 @@ from nanoslip.study.figures.shared import (
     Number,
     column,
     marked,
-    number_of,
-    over_starts,
-    scales_in,
+    shipped_scales,
+    start_mean,
+    start_statistics,
 )
 
 PRINTED_LOAD: Final = 100.0
@@ -60,13 +60,13 @@ ROWS: Final = (
 
 def width_of(dataset: xr.Dataset, load: float) -> float:
     """L_x in m of a slab on which `PRINTED_LOAD` is this load in G·L_x·L_y."""
-    scales = scales_in(dataset)
+    scales = shipped_scales(dataset)
     return PRINTED_LOAD / (scales.shear_modulus * scales.slab_depth * load)
 
 
 def velocity_of(dataset: xr.Dataset, load: float) -> float:
     """V_o in m/s that is, in units of the dataset's slab, `PRINTED_VELOCITY` on the slab of this load."""
-    return PRINTED_VELOCITY * scales_in(dataset).slab_width / width_of(dataset, load)
+    return PRINTED_VELOCITY * shipped_scales(dataset).slab_width / width_of(dataset, load)
 
 
 def of_load(dataset: xr.Dataset, load: float) -> xr.Dataset:
@@ -113,18 +113,18 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     """What the paper prints beside both readings, as the slab is held by default and at its right side."""
     for support in dataset["support"].values.tolist():
         for row in ROWS:
-            found = (over_starts(of_starts(dataset, row, load, support)) for load in READINGS.values())
+            found = (start_statistics(of_starts(dataset, row, load, support)) for load in READINGS.values())
             label = (
                 row.stated.meaning if "μ_i =" in row.stated.meaning else f"{row.stated.meaning}, μ_i = {row.friction:g}"
             )
             yield Claim(f"{support}: {label}", str(row.stated), *found)
-        steps = (over_starts(step_in_nanometres(dataset, load, support), 3) for load in READINGS.values())
+        steps = (start_statistics(step_in_nanometres(dataset, load, support), 3) for load in READINGS.values())
         yield Claim(f"{support}: {paper.STEP.meaning}", str(paper.STEP), *steps)
 
 
 def number(dataset: xr.Dataset, reading: str, row: Row) -> Number:
     """Mean of one of the paper's numbers over the starts of a reading, with its ±."""
-    return number_of(of_starts(dataset, row, READINGS[reading]))
+    return start_mean(of_starts(dataset, row, READINGS[reading]))
 
 
 def nearest_miss(dataset: xr.Dataset) -> Number:

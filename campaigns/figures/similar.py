@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, PAGE, CampaignFigure, Claim, Number, column, number_of
+from nanoslip.study.figures.shared import COLORS, PAGE, CampaignFigure, Claim, Number, column, start_mean
 
 
 def of_products(dataset: xr.Dataset) -> dict[float, list[dict[str, float]]]:
@@ -27,7 +27,7 @@ def of_products(dataset: xr.Dataset) -> dict[float, list[dict[str, float]]]:
 def of_starts(dataset: xr.Dataset, variable: str, contact: dict[str, float]) -> Number:
     """Mean of a variable over starts, with its ±; a displacement over the load."""
     unit = contact["normal_load"] if variable == "final_displacement" else 1.0
-    return number_of(dataset[variable].sel(contact).values.ravel() / unit)
+    return start_mean(dataset[variable].sel(contact).values.ravel() / unit)
 
 
 def ratio(dataset: xr.Dataset, variable: str, place: int) -> Number:

@@ -20,7 +20,7 @@ import xarray as xr
 
 import nanoslip
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.gallery import executed, figures_of
+from nanoslip.study.figures.gallery import execute_script, script_figures
 from nanoslip.study.figures.shared import Number, table
 from nanoslip.study.results.store import write_files
 from nanoslip.study.shipped import campaign_files
@@ -76,7 +76,7 @@ def all_claims() -> tuple[Bounds, ...]:
 
 def number(claim: Bounds, dataset: xr.Dataset) -> Number:
     """The number of a claim, from a dataset of its campaign."""
-    found: Mapping[str, Any] = executed(campaign_files()[claim.campaign].with_suffix(".py"))["NUMBERS"]
+    found: Mapping[str, Any] = execute_script(campaign_files()[claim.campaign].with_suffix(".py"))["NUMBERS"]
     return Number(*found[claim.number](dataset))
 
 
@@ -128,7 +128,7 @@ def main(out: Path, jobs: int, again: int) -> None:
 
 def as_row(claim: Bounds, found: Number) -> tuple[str, ...]:
     """A row of the table, which leads to the page of its campaign's figure."""
-    first, *_ = figures_of(campaign_files()[claim.campaign])
+    first, *_ = script_figures(campaign_files()[claim.campaign])
     page = f"[{claim.campaign}](../{Path(claim.campaign).parent}/{first.name}.md)"
     return f"{claim.finding}: {claim.claim}", claim.words, in_words(found), claim.over, page
 

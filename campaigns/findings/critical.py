@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, marked, number_of
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, marked, start_mean
 
 VELOCITY: Final = "critical_velocity"
 """Variable of the velocity."""
@@ -24,7 +24,7 @@ def of_starts(dataset: xr.Dataset, scheme: str) -> Any:
 def over_own(dataset: xr.Dataset) -> Number:
     """Mean over the starts of all schemes of the critical velocity over the drive's own, with its ±; starts that know it."""
     values = np.concatenate([of_starts(dataset, scheme) for scheme in dataset["scheme"].values])
-    return number_of(values[np.isfinite(values)] / float(dataset[OWN]))
+    return start_mean(values[np.isfinite(values)] / float(dataset[OWN]))
 
 
 def draw(dataset: xr.Dataset) -> Figure:
@@ -49,7 +49,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         yield Claim(
             f"{scheme}: critical velocity of the stage (m/s)",
             f"{float(dataset[OWN]):g}",
-            with_error(*number_of(there)),
+            with_error(*start_mean(there)),
             f"{len(there)} of {len(values)} starts, {there.min():.2g} to {there.max():.2g}",
         )
 

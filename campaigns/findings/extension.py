@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Number, column, number_of
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Number, column, start_mean
 
 KINDS: Final = {"static_friction": "μ_s", "kinetic_friction": "μ_k", "macroscopic_slips": "macroscopic slips"}
 """Variable -> its label."""
@@ -24,7 +24,7 @@ def of_starts(dataset: xr.Dataset, name: str) -> Any:
 def change(dataset: xr.Dataset, name: str) -> Number:
     """Change by the repetition, mean over the starts, with its ±."""
     short, long = of_starts(dataset, name)
-    return number_of(short - long)
+    return start_mean(short - long)
 
 
 def share(dataset: xr.Dataset, name: str) -> Number:
@@ -55,7 +55,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     """Each number of both records, and the change."""
     for name, label in KINDS.items():
-        short, long = (with_error(*number_of(each)) for each in of_starts(dataset, name))
+        short, long = (with_error(*start_mean(each)) for each in of_starts(dataset, name))
         yield Claim(label, short, long, with_error(*change(dataset, name)))
 
 

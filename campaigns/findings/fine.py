@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, exponent, marked, number_of
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, exponent, marked, start_mean
 
 FINE: Final = 3
 """The finest grids, whose own law tells if a fall goes on."""
@@ -18,7 +18,7 @@ FINE: Final = 3
 
 def over_starts(dataset: xr.Dataset, name: str, n_x: int) -> Number:
     """Mean of one of `QUANTITIES` over starts on a grid, with its ±."""
-    return number_of(QUANTITIES[name](dataset.sel(n_x=n_x)).values.ravel())
+    return start_mean(QUANTITIES[name](dataset.sel(n_x=n_x)).values.ravel())
 
 
 def above_half(found: xr.Dataset) -> xr.DataArray:

@@ -13,7 +13,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import DASHES, PAGE, CampaignFigure, Claim, Number, column, marked, number_of
+from nanoslip.study.figures.shared import DASHES, PAGE, CampaignFigure, Claim, Number, column, marked, start_mean
 
 TENTHS: Final = np.linspace(0.0, 1.0, 11)
 """Ends of the classes of shear over limit."""
@@ -56,7 +56,7 @@ def events_of(dataset: xr.Dataset, **case: Any) -> list[int]:
 def number(dataset: xr.Dataset, between: tuple[float, float], late: bool = False, **case: Any) -> Number:
     """Mean of a share over starts, with its ±, after the first or the last event at which contacts are seen."""
     event = events_of(dataset, **case)[-1 if late else 0]
-    return number_of(of_starts(dataset, event, *between, **case))
+    return start_mean(of_starts(dataset, event, *between, **case))
 
 
 def cases_of(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:

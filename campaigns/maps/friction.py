@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from tiles import counted, panels, regime_legend, regime_tiles
 
-from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, edges, over_starts
+from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, edges, start_statistics
 
 SHARES: Final = {"plateau_mean": "plateau", "static_friction": "μ_s", "kinetic_friction": "μ_k"}
 """Variable -> its symbol; it is looked at as a share of μ_i."""
@@ -65,7 +65,7 @@ def claims_of_share(dataset: xr.Dataset, name: str) -> Iterator[Claim]:
     """A share of μ_i over all cases, its means at the ends of each axis, and how much of its variance lies along it."""
     share = share_of(dataset, name)
     unflagged = f"{int(np.isfinite(share).sum())} of {share.size} cases without a flag"
-    yield Claim(f"{SHARES[name]}/μ_i", "", over_starts(share.values, 3), unflagged)
+    yield Claim(f"{SHARES[name]}/μ_i", "", start_statistics(share.values, 3), unflagged)
     for axis in AXES:
         along = share.mean([other for other in AXES if other != axis])
         first, last = along[axis].values[[0, -1]]
@@ -79,7 +79,7 @@ def _claims_of_plateau(dataset: xr.Dataset) -> Iterator[Claim]:
     kinetic = share_of(dataset, "kinetic_friction")
     ratio = kinetic / share_of(dataset, "plateau_mean")
     cases = f"{int(np.isfinite(ratio).sum())} cases: a map of μ_k looks the same"
-    yield Claim("μ_k over the plateau", "", over_starts(ratio.values), cases)
+    yield Claim("μ_k over the plateau", "", start_statistics(ratio.values), cases)
 
 
 def _claims_of_drive(dataset: xr.Dataset) -> Iterator[Claim]:

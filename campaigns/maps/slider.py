@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from tiles import counted, panels, regime_legend, regime_tiles
 
-from nanoslip.study.figures.points import in_text, typeset
+from nanoslip.study.figures.points import format_value, typeset
 from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, marked
 
 
@@ -38,7 +38,7 @@ def draw_drop(dataset: xr.Dataset) -> Figure:
                 load, excess, here["static_excess_uncertainty"], label=f"{way} loads", **marked(number, capsize=1.5)
             )
             for line, stiffness in zip(("-", "--", ":"), found["spring_stiffness"].values, strict=False):
-                name = f"{way} loads, k = {in_text(stiffness)} N/m"
+                name = f"{way} loads, k = {format_value(stiffness)} N/m"
                 right.plot(
                     load, drop.sel(loads=way, spring_stiffness=stiffness), label=name, **marked(number, linestyle=line)
                 )
@@ -68,7 +68,7 @@ def claims_of_drop(dataset: xr.Dataset) -> Iterator[Claim]:
             if known.size:
                 said = f"{line[known[0]]:.4f} to {line[known[-1]]:.4f}"
                 where = _loads(load, known[0], known[-1])
-                yield Claim(f"   k = {in_text(stiffness)} N/m, lowest V_o: μ_s/μ_k - 1", "", said, where)
+                yield Claim(f"   k = {format_value(stiffness)} N/m, lowest V_o: μ_s/μ_k - 1", "", said, where)
 
 
 def _loads(load: Any, first: int, last: int) -> str:

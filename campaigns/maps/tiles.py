@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.regime import REGIMES
-from nanoslip.study.figures.points import hyphenated
+from nanoslip.study.figures.points import hyphenate
 from nanoslip.study.figures.shared import REGIME_COLORS, edges
 
 _SHADES: Final = ListedColormap(list(REGIME_COLORS.values()))
@@ -50,7 +50,7 @@ def regime_legend(figure: Figure) -> None:
     """The regimes' colours above all panels."""
     axes = figure.axes[0]
     patches = [
-        axes.plot([], [], "s", color=_SHADES(number), label=hyphenated(name))[0] for number, name in enumerate(REGIMES)
+        axes.plot([], [], "s", color=_SHADES(number), label=hyphenate(name))[0] for number, name in enumerate(REGIMES)
     ]
     figure.legend(handles=patches, loc="outside upper center", ncols=len(patches))
 
@@ -58,4 +58,4 @@ def regime_legend(figure: Figure) -> None:
 def counted(regime: xr.DataArray) -> str:
     """Numbers of drives of each regime, in words."""
     found = {name: int((regime == name).sum()) for name in REGIMES}
-    return ", ".join(f"{count} {hyphenated(name)}" for name, count in found.items() if count)
+    return ", ".join(f"{count} {hyphenate(name)}" for name, count in found.items() if count)

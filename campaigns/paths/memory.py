@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, marked, number_of
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, marked, start_mean
 
 SPEEDS: Final = {"": "2 mm/s", ", slow": "0.5 mm/s"}
 """What follows a drive's name -> velocity of its stage."""
@@ -37,7 +37,7 @@ def pairs(dataset: xr.Dataset, name: str) -> dict[str, Any]:
 
 def change(both: Any) -> Number:
     """Change by memory, mean over the starts, with its ±."""
-    return number_of(both[1] - both[0])
+    return start_mean(both[1] - both[0])
 
 
 def largest_share(dataset: xr.Dataset, name: str) -> Number:
@@ -49,7 +49,7 @@ def largest_share(dataset: xr.Dataset, name: str) -> Number:
 
 def mean_change(dataset: xr.Dataset, name: str) -> Number:
     """Mean of the changes of all drives."""
-    return number_of(np.concatenate([both[1] - both[0] for both in pairs(dataset, name).values()]))
+    return start_mean(np.concatenate([both[1] - both[0] for both in pairs(dataset, name).values()]))
 
 
 def draw(dataset: xr.Dataset) -> Figure:
@@ -68,7 +68,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     """Each number over the record, and its change by memory."""
     for name, label in LABELS.items():
         for drive, both in pairs(dataset, name).items():
-            yield Claim(f"{drive}: {label}", with_error(*number_of(both[0])), with_error(*change(both)))
+            yield Claim(f"{drive}: {label}", with_error(*start_mean(both[0])), with_error(*change(both)))
 
 
 NUMBERS: Final[Mapping[str, Any]] = {

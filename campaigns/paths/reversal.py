@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared import COLORS, PAGE, CampaignFigure, Claim, Number, average, column, number_of
+from nanoslip.study.figures.shared import COLORS, PAGE, CampaignFigure, Claim, Number, average, column, start_mean
 
 Floats = NDArray[np.float64]
 BACK: Final = (0.5, 1.0)
@@ -108,7 +108,7 @@ def of_schemes(dataset: xr.Dataset, name: str, schemes: tuple[str, ...] = ()) ->
             continue
         for n_x in dataset["n_x"].values.tolist():
             paths = (path_of(dataset, scheme=scheme, n_x=n_x, start=start) for start in dataset["start"].values)
-            found.append(number_of([numbers_of(path)[name] for path in paths]))
+            found.append(start_mean([numbers_of(path)[name] for path in paths]))
     return average(found)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, PAGE, CampaignFigure, Claim, Number, column, number_of
+from nanoslip.study.figures.shared import COLORS, PAGE, CampaignFigure, Claim, Number, column, start_mean
 
 SWINGS: Final = {"first": 1, "second": 3}
 """Swing -> the leg that goes back."""
@@ -58,7 +58,7 @@ def swings(dataset: xr.Dataset, leg: int, **case: Any) -> list[Swing]:
 
 def rise(dataset: xr.Dataset, scheme: str, leg: int) -> Number:
     """Rise of the peak by one swing on the finest grid, mean over starts, with its ±."""
-    return number_of([each.rise for each in swings(dataset, leg, scheme=scheme, n_x=int(dataset["n_x"].values[-1]))])
+    return start_mean([each.rise for each in swings(dataset, leg, scheme=scheme, n_x=int(dataset["n_x"].values[-1]))])
 
 
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
@@ -69,7 +69,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
             shown = []
             for n_x in grids:
                 of_starts = swings(dataset, leg, scheme=scheme, n_x=n_x)
-                shown.append(with_error(*number_of([each.rise for each in of_starts])))
+                shown.append(with_error(*start_mean([each.rise for each in of_starts])))
             meaning = f"{scheme}: peak after a swing back by {of_starts[0].size:.1f} d, over the peak before"
             yield Claim(meaning, "1", "; ".join(shown), f"n_x = {', '.join(map(str, grids))}")
 

@@ -157,7 +157,7 @@ class SlidingContact:
         norm = self.half_width * 2 ** (2 * self.power + 1) * scipy.special.beta(1 + behind, 1 + ahead)
         return np.asarray(self.normal_load / norm * (1 + t) ** behind * (1 - t) ** ahead)
 
-    def share_left_of(self, x: Floats) -> Floats:
+    def load_share(self, x: Floats) -> Floats:
         """The load's share left of x (any shape), x from the pin's middle."""
         t = np.clip((np.asarray(x) - self.centre) / self.half_width, -1.0, 1.0)
         return np.asarray(scipy.special.betainc(1 + self.power - self.skew, 1 + self.power + self.skew, (1 + t) / 2))

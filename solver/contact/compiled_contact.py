@@ -30,9 +30,9 @@ from nanoslip.solver.contact.kernels.state import (
     respond,
 )
 from nanoslip.solver.contact.limit import node_strength
-from nanoslip.solver.contact.pin import expected_half_width, node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import estimate_half_width, make_pin, node_friction, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.contact.tableau import Window, entries_of, in_lines, tableau, tableau_from_base, wider
+from nanoslip.solver.contact.tableau import Window, entries_of, tableau, tableau_from_base, wider, zero_lines
 from nanoslip.solver.elasticity.compliance import (
     FEW_NODES,
     KEPT,
@@ -101,7 +101,7 @@ def outer_nodes(case: Case, window: Window, contact: Nodes, pin_rate: float | No
     )
 
 
-def left_behind(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) -> int:
+def dropped_nodes(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) -> int:
     """Nodes at its left end that the grid of a surface without ends gives up, to go on as far to its right, so that what is
     followed keeps its margin; 0 while it has it, below 0 to go on to the left. followed, contact: (n,)."""
     rows, columns = case.slab.rows, case.slab.n_x
@@ -128,7 +128,7 @@ def following(case: Case, compliance: Compliance, state: ContactState, nodes: in
     return state_from_forces(case, compliance.widths, *found, *moved)
 
 
-def within_reach(
+def nodes_in_reach(
     case: Case, contact: Nodes, u: Vector, v: Vector, displacement: float = 0.0, first_node: int = 0
 ) -> Nodes:
     """Nodes to follow: those in contact, and those that a rough pin could meet before the next window is set up.
@@ -141,11 +141,11 @@ def within_reach(
     if case.slab.rows == 1 and len(nodes) < ONE_SPOT * (nodes[-1] - nodes[0] + 1):
         return np.ones_like(contact)
     farther, deeper = _reach(case)
-    lowest = pin_of(case).lowest_within(surface_from_pin(case, first_node) + u - displacement, farther)
+    lowest = make_pin(case).lower_bound(surface_from_pin(case, first_node) + u - displacement, farther)
     return np.asarray(contact | (lowest - deeper <= v))
 
 
-def good_until(case: Case, state: KernelState, ends: Window) -> tuple[float, Window, Vector] | None:
+def window_reach(case: Case, state: KernelState, ends: Window) -> tuple[float, Window, Vector] | None:
     """Displacement in the pin's direction, nodes at the window's ends and their heights under the pin, up to which none beyond
     can meet a rough pin. ends: their numbers in the window. None of a smooth pin."""
     nodes, moved = len(state.x), float(state.scalars["pin_rate"] * state.scalars["displacement"])
@@ -167,7 +167,7 @@ def good_until(case: Case, state: KernelState, ends: Window) -> tuple[float, Win
 def _reach(case: Case) -> tuple[float, float]:
     """Travel of a rough pin that one window allows (less than its margin), and the largest approach to nodes beyond."""
     farther = (margin(case.slab.n_x) - GUARD if case.slab.rows == 1 else RINGS - 1) * case.slab.spacing
-    return farther, pin_of(case).fall_within(farther) + SINKING * case.normal_load
+    return farther, make_pin(case).largest_fall(farther) + SINKING * case.normal_load
 
 
 @dataclass(slots=True, eq=False)
@@ -202,8 +202,8 @@ def compiled_contact(
 ) -> CompiledContact:
     """State and constants for a contact set and displacements u, v at its nodes, (n,) each.
 
-    followed, (n,): nodes to follow, with a margin (`within_reach`). displacement: δ_p. load: now, where it is not the case's, to
-    which tolerances are relative. slides: whether the grid may go on. direction: of the path.
+    followed, (n,): nodes followed, with a margin (`nodes_in_reach`). displacement: δ_p. load: now, if it is not the case's; to
+    it tolerances are relative. slides: whether the grid may go on. direction: of the path.
     Raises SingularOperator if the contact's compliance has no inverse.
     """
     window = around(case, followed, direction.pin_rate if slides else 0.0)
@@ -229,12 +229,12 @@ def _state(
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
     few = compliance.slab.nodes <= FEW_NODES and compliance.lasting
     set_up = _set_up_before if few else _set_up
-    expected = math.pi * (expected_half_width(case) / case.slab.spacing) ** 2 if case.slab.scheme.planar else 0.0
+    expected = math.pi * (estimate_half_width(case) / case.slab.spacing) ** 2 if case.slab.scheme.planar else 0.0
     matrix, plane, padded = set_up(compliance, window.tobytes(), contact.tobytes(), expected)
     entries, nodes = 2 * len(contact) + 1, len(contact)
     if few:
         # Kernels write into a tableau: the cached one has to stay as it was.
-        cached, padded = padded, in_lines(entries)
+        cached, padded = padded, zero_lines(entries)
         padded[:] = cached
     friction = node_friction(case, first_node)[window]
     return KernelState(
@@ -274,7 +274,7 @@ def _set_up(
     # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
     within.setflags(write=False)
     if padded is None:
-        padded = in_lines(2 * len(nodes) + 1)
+        padded = zero_lines(2 * len(nodes) + 1)
         tableau(entries_of(compliance, nodes, within), touching, padded, reciprocal=plane is not None)
     return within, plane, padded
 
@@ -288,7 +288,7 @@ def answer_violations(compiled: CompiledContact) -> Stop:
     return resolve_violations(compiled.state, compiled.constants)
 
 
-def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
+def correct_rounding(compiled: CompiledContact, status: Stop) -> Stop:
     """Correct what rounding has done to a run that stopped with `status`; returns the reason that is true then.
 
     Lifted nodes are moved back onto the pin, a tableau whose residual is above its limit is inverted afresh, and violations
@@ -338,26 +338,26 @@ def slip_constants(case: Case) -> SlipConstants:
 
 
 def _constants(case: Case, window: Window, state: KernelState, pin_rate: float | None) -> KernelConstants:
-    pin, outer = pin_of(case), outer_nodes(case, window, state.contact, pin_rate)
+    pin, outer = make_pin(case), outer_nodes(case, window, state.contact, pin_rate)
     ends = np.flatnonzero(outer) if case.slab.rows > 1 else np.array([0, len(window) - 1])
     return KernelConstants(
         slip=slip_constants(case),
         pin=KernelPin(pin.curvature, Rise(pin.knots, pin.rises, window % len(pin.rises)) if pin.rough else None),
-        half_width=_under(pin.half_width, window),
-        across=_under(pin.across, window),
+        half_width=window_numbers(pin.half_width, window),
+        across=window_numbers(pin.across, window),
         # The second part: some roundings of a parabola's height, L_x from its lowest point.
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
         outer=outer,
-        window_until=good_until(case, state, ends),
+        window_until=window_reach(case, state, ends),
     )
 
 
-def _under(of_pin: float | Vector, window: Window) -> Vector:
+def window_numbers(of_pin: float | Vector, window: Window) -> Vector:
     """A number of the pin, or one over each surface node, over the nodes of a window."""
     return of_pin[window] if isinstance(of_pin, np.ndarray) else np.full(len(window), of_pin)
 
 
-def state_of(compiled: CompiledContact, outcome: Outcome) -> ContactState:
+def contact_value(compiled: CompiledContact, outcome: Outcome) -> ContactState:
     """A compiled contact as a value; nodes beyond its window follow from the compliance."""
     state, n = compiled.state, compiled.case.slab.nodes
     given, response = (values[:-1].reshape(2, -1) for values in (state.inputs, state.response))
@@ -376,7 +376,7 @@ def state_of(compiled: CompiledContact, outcome: Outcome) -> ContactState:
     return state_from_forces(compiled.case, compiled.compliance.widths, *found, outcome, compiled.first_node)
 
 
-def beyond_window(compiled: CompiledContact, state: ContactState) -> bool:
+def has_node_beyond_window(compiled: CompiledContact, state: ContactState) -> bool:
     """True if a node beyond the window lies inside the pin, so that a wider window is needed."""
     gap = state.gap.copy()
     gap[compiled.window] = 0.0

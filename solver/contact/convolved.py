@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Nodes, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.normal import Exchange, NormalContact, rounding_at_rest, wrong_nodes
-from nanoslip.solver.contact.pin import expected_contact, pin_of, surface_from_axis, surface_from_pin
+from nanoslip.solver.contact.pin import guess_contact, make_pin, surface_from_axis, surface_from_pin
 from nanoslip.solver.elasticity.schemes.endless import SurfaceConvolution
 
 # Normal forces of a given contact set at a given load, by preconditioned conjugate gradients.
@@ -97,11 +97,11 @@ def convolved_contact(case: Case, convolution: SurfaceConvolution) -> NormalCont
     Wrong nodes are exchanged as in `normal`. Heights under nodes that pressure moves sideways are those of where the last round
     left them: each round changes that by (1-2ν)/(2-2ν) of the pin's slope, at most, of the last change.
     """
-    x, away, pin = surface_from_pin(case), surface_from_axis(case), pin_of(case)
+    x, away, pin = surface_from_pin(case), surface_from_axis(case), make_pin(case)
     heights, u = pin.face(x), np.zeros_like(x)
-    contact = expected_contact(case)
+    contact = guess_contact(case)
     force = np.where(contact, case.normal_load / contact.sum(), 0.0)
-    scale, precision, exchange = case.normal_load * convolution.under_itself, FIRST / len(x), Exchange(away)
+    scale, precision, exchange = case.normal_load * convolution.own_displacement, FIRST / len(x), Exchange(away)
     for _ in range(MOST_ROUNDS):
         lowest = float(heights[contact].min())  # differences of heights are exact, large ones have fewer digits
         force, v, approach = pressed(convolution, contact, heights - lowest, force, precision * scale)
@@ -115,7 +115,7 @@ def convolved_contact(case: Case, convolution: SurfaceConvolution) -> NormalCont
             # The set is right at a coarse precision: once more, as exactly as it will be stated.
             precision = LAST
             continue
-        contact, all_at_once, _ = exchange.exchanged(contact, wrong)
+        contact, all_at_once, _ = exchange.exchange_wrong_nodes(contact, wrong)
         # One node at a time rests on the sign of single forces: only exact ones can decide it.
         precision = max(precision * FINER, LAST) if all_at_once else LAST
         force = _spread(case, contact, force)

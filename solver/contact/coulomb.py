@@ -12,10 +12,10 @@ from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind, Stop
 from nanoslip.solver.contact.limit import contact_area, contact_limit, node_strength
 from nanoslip.solver.contact.normal import finite
-from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import Pin, make_pin, node_friction, surface_from_pin
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.elasticity.compliance import Compliance, stiffness_of, stiffness_with, stiffness_without
+from nanoslip.solver.elasticity.compliance import Compliance, add_node, contact_stiffness_matrix, remove_node
 from nanoslip.solver.outcome import Outcome, SingularOperator, SolverError
 
 # Classical Coulomb friction, residual_shear 1: some nodes slide at their limit of shear, the others stick.
@@ -82,9 +82,9 @@ class CoulombContact:
     def __post_init__(self) -> None:
         self.node_slips = np.zeros(len(self.contact), np.int64)
         self._set_up = np.zeros_like(self.contact).tobytes(), np.empty((0, 0)), len(self.contact)
-        self.go_on(0)
+        self.move_grid(0)
 
-    def go_on(self, nodes: int) -> None:
+    def move_grid(self, nodes: int) -> None:
         """Move the grid by `nodes` nodes to the right (left if negative), dropping nodes it leaves, none of them in contact."""
         self.contact = np.roll(self.contact, -nodes)
         self.sliding, self.u = np.roll(self.sliding, -nodes), np.roll(self.u, -nodes)
@@ -103,7 +103,7 @@ class CoulombContact:
     @property
     def pin(self) -> Pin:
         """The pin of the case."""
-        return pin_of(self.case)
+        return make_pin(self.case)
 
     @property
     def xi(self) -> Vector:
@@ -167,7 +167,7 @@ class CoulombContact:
     @property
     def stiffness(self) -> Floats:
         """Forces and approach per u, v and -load at the nodes in contact, (2m + 1, 2m + 1)."""
-        self._set_up = _set_up_for(self.compliance, self.contact, *self._set_up)
+        self._set_up = set_up_stiffness(self.compliance, self.contact, *self._set_up)
         return self._set_up[1]
 
 
@@ -230,7 +230,7 @@ def _respond(
     return stiffness @ given, along
 
 
-def _set_up_for(
+def set_up_stiffness(
     compliance: Compliance, contact: NDArray[np.bool_], before: bytes, found: Floats, changes: int
 ) -> tuple[bytes, Floats, int]:
     """The stiffness of a contact from that of one before, see `CoulombContact._set_up`."""
@@ -239,10 +239,10 @@ def _set_up_for(
         return before, found, changes
     changed, changes = np.flatnonzero(np.frombuffer(before, np.bool_) != contact), changes + 1
     if len(changed) != 1 or changes * changes > len(nodes):  # an inverse costs as much as all these changes
-        return key, stiffness_of(compliance, nodes), 0
+        return key, contact_stiffness_matrix(compliance, nodes), 0
     if contact[changed[0]]:
-        return key, stiffness_with(compliance, found, nodes, int(changed[0])), changes
-    return key, stiffness_without(found, int(np.searchsorted(nodes, changed[0]))), changes
+        return key, add_node(compliance, found, nodes, int(changed[0])), changes
+    return key, remove_node(found, int(np.searchsorted(nodes, changed[0]))), changes
 
 
 def _everywhere(compliance: Compliance, nodes: NDArray[np.int64], answer: Vector, middle: float = 0.0) -> Rates:

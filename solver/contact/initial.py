@@ -15,26 +15,26 @@ from nanoslip.solver.contact import coulomb
 from nanoslip.solver.contact.compiled_contact import (
     CompiledContact,
     answer_violations,
-    beyond_window,
     compiled_contact,
-    corrected_for_rounding,
-    state_of,
-    within_reach,
+    contact_value,
+    correct_rounding,
+    has_node_beyond_window,
+    nodes_in_reach,
 )
 from nanoslip.solver.contact.convolved import convolved_contact
 from nanoslip.solver.contact.kernels.path import empty_events, follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
-from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_axis, surface_from_pin
+from nanoslip.solver.contact.pin import estimate_half_width, make_pin, surface_from_axis, surface_from_pin
 from nanoslip.solver.contact.soundness import (
     OUTCOME_OF_STOP,
     accuracy_of_heights,
     advise,
-    advised_of_pillars,
+    advise_on_pillars,
     soundness,
 )
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.elasticity.compliance import Compliance, EndlessCompliance, explained
+from nanoslip.solver.elasticity.compliance import Compliance, EndlessCompliance, explain_outcome
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarApart
 
 NO_STUCK_TOUCH = Outcome(
@@ -77,21 +77,21 @@ def initial_contact(case: Case, compliance: Compliance) -> ContactState:
         state = _touch(case, compliance)
     except (SingularOperator, TooFarApart) as error:
         return _nothing(case, error.outcome)
-    return diagnosed(case, compliance, state)
+    return diagnose_state(case, compliance, state)
 
 
-def diagnosed(case: Case, compliance: Compliance, state: ContactState) -> ContactState:
+def diagnose_state(case: Case, compliance: Compliance, state: ContactState) -> ContactState:
     """The state, its outcome checked against the condition of the operator and against `soundness`."""
-    explanation = explained(advise(case, state.outcome), compliance, state.contact)
-    outcome = advised_of_pillars(case, explanation)
+    explanation = explain_outcome(advise(case, state.outcome), compliance, state.contact)
+    outcome = advise_on_pillars(case, explanation)
     # Constant pressures are those of initial contact, however far the pin has gone since.
     carried = case.effects.pin_translation or state.displacement == 0.0
     if carried and (outcome.ok or outcome.ending in CAUSED_BY_ROUNDING):
-        where, softness = (state.contact, state.u, state.displacement, state.first_node), compliance.under_itself()
+        where, softness = (state.contact, state.u, state.displacement, state.first_node), compliance.own_displacement()
         found = soundness(case, softness, *where)
         if outcome.ok and found.ok:
             found = accuracy_of_heights(case, softness, state)
-        found = advised_of_pillars(case, found)
+        found = advise_on_pillars(case, found)
         # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
         outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome
     return state if outcome is state.outcome else replace(state, outcome=outcome)
@@ -113,7 +113,7 @@ def _touch_without_shear(case: Case, compliance: Compliance) -> ContactState:
     else:
         found = normal_contact(case, compliance, stuck=False)
     outcome = COMPLETED if found.converged else _why_unsettled(case, compliance, found)
-    return _free_of_shear(case, compliance, found, _at_the_edge(case, found) or outcome)
+    return _free_of_shear(case, compliance, found, edge_error(case, found) or outcome)
 
 
 def _free_of_shear(case: Case, compliance: Compliance, found: NormalContact, outcome: Outcome) -> ContactState:
@@ -126,16 +126,16 @@ def _free_of_shear(case: Case, compliance: Compliance, found: NormalContact, out
 
 def _why_unsettled(case: Case, compliance: Compliance, found: NormalContact) -> Outcome:
     """Reason why no contact was found: on flanks that are too steep nodes move further and further."""
-    cause = soundness(case, compliance.under_itself(), found.contact, found.u, 0.0)
+    cause = soundness(case, compliance.own_displacement(), found.contact, found.u, 0.0)
     return OUTCOME_OF_STOP[Stop.CONTACT_CYCLE] if cause.ok else cause
 
 
-def _at_the_edge(case: Case, found: NormalContact) -> Outcome | None:
+def edge_error(case: Case, found: NormalContact) -> Outcome | None:
     """Reason why a punch pressed down without friction has no solution at its edge; None if it has one.
 
     A node in contact has moved beyond the edge, or a free one in under it and into the punch: nothing could slide from there.
     """
-    pin, xi = pin_of(case), surface_from_pin(case) + found.u
+    pin, xi = make_pin(case), surface_from_pin(case) + found.u
     if (found.contact & (np.abs(xi) > pin.half_width)).any():
         return OUT_FROM_UNDER
     inside = pin.height(xi) - found.v < -INSIDE * case.normal_load
@@ -145,26 +145,26 @@ def _at_the_edge(case: Case, found: NormalContact) -> Outcome | None:
 def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
     """Solve the normal problem, nodes stuck or free of friction; then let nodes slip until constraint II holds."""
     found = normal_contact(case, compliance, case.initial_contact == "stick")
-    edge = _at_the_edge(case, found) if case.initial_contact == "frictionless" else None
+    edge = edge_error(case, found) if case.initial_contact == "frictionless" else None
     if edge:
         return replace(_nothing(case, edge), contact=found.contact)
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
     if converged and case.initial_contact == "frictionless":
         return _free_of_shear(case, compliance, found, COMPLETED)  # then there is nothing to slip
     # Only nodes in contact are brought to a height; others may stand beyond the edge, where it is infinite.
-    height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
+    height = make_pin(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
     everywhere = np.ones_like(contact)
     if not converged and math.isinf(case.intrinsic_friction):
         unfinished = compiled_contact(case, compliance, contact, u, height, everywhere)
-        return state_of(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
+        return contact_value(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
     # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
-    expected = contact if converged else contact | (surface_from_axis(case) <= expected_half_width(case))
+    expected = contact if converged else contact | (surface_from_axis(case) <= estimate_half_width(case))
     # In a window, whose slips cost less; on the whole surface if a node beyond proves to lie inside the pin.
-    for followed in (within_reach(case, expected, found.u, found.v), everywhere):
+    for followed in (nodes_in_reach(case, expected, found.u, found.v), everywhere):
         compiled = compiled_contact(case, compliance, contact, u, height, followed)
         status = answer_violations(compiled)
-        state = state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
-        if (converged or state.outcome.ok) and not beyond_window(compiled, state):
+        state = contact_value(compiled, OUTCOME_OF_STOP[correct_rounding(compiled, status)])
+        if (converged or state.outcome.ok) and not has_node_beyond_window(compiled, state):
             break
     return state
 
@@ -172,13 +172,13 @@ def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
 def _load_gradually(case: Case, compliance: Compliance) -> ContactState:
     """Start from a millionth of a millionth of the load on the lowest nodes and raise it event by event."""
     x = surface_from_pin(case)
-    height = pin_of(case).height(x)
+    height = make_pin(case).height(x)
     lowest, everywhere = height == height.min(), np.ones(len(x), dtype=np.bool_)
     compiled = compiled_contact(
         case, compliance, lowest, np.zeros_like(x), height, everywhere, load=1e-12 * case.normal_load, direction=PRESSED
     )
-    status, slips = _raised(compiled, case.normal_load)
-    state = state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
+    status, slips = raise_load(compiled, case.normal_load)
+    state = contact_value(compiled, OUTCOME_OF_STOP[correct_rounding(compiled, status)])
     return replace(state, slips=slips)
 
 
@@ -188,7 +188,7 @@ ROOM: Final = 4096
 """Events of a rising load for which room is made; none is kept."""
 
 
-def _raised(compiled: CompiledContact, load: float) -> tuple[Stop, int]:
+def raise_load(compiled: CompiledContact, load: float) -> tuple[Stop, int]:
     """Raise the load event by event, the pin held; why that ended, and the node slips of all events."""
     events, node_slips = empty_events(ROOM), np.zeros(len(compiled.state.x), np.int64)
     status = answer_violations(compiled)
@@ -201,7 +201,7 @@ def _raised(compiled: CompiledContact, load: float) -> tuple[Stop, int]:
         if moved + node_slips.sum() >= compiled.case.slip_rule.cascade_limit:  # an event costs as much as a slip
             status = Stop.CASCADE_LIMIT
             break
-        status = corrected_for_rounding(compiled, Stop.DONE)
+        status = correct_rounding(compiled, Stop.DONE)
     return status, slips + int(node_slips.sum())
 
 
@@ -209,7 +209,7 @@ def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactS
     """Find initial contact with Coulomb friction (residual_shear 1): full load at once, or raised from a billionth."""
     x = surface_from_pin(case)
     if case.initial_contact == "gradual":
-        height = pin_of(case).height(x)
+        height = make_pin(case).height(x)
         # A load so small that it displaces less than heights differ: the lowest nodes alone bear it.
         contact, u, normal_load = height == height.min(), np.zeros_like(x), 1e-9 * case.normal_load
     else:

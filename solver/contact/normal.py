@@ -10,7 +10,7 @@ import scipy
 
 from nanoslip.solver.arrays import Dense, Floats, Indices, Nodes, Vector
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.pin import expected_contact, pin_of, surface_from_axis, surface_from_pin
+from nanoslip.solver.contact.pin import guess_contact, make_pin, surface_from_axis, surface_from_pin
 from nanoslip.solver.elasticity.compliance import FEW_NODES, KEPT, Compliance
 from nanoslip.solver.outcome import SingularOperator, TooFarApart
 
@@ -39,7 +39,7 @@ class ContactSystem:
         self._with_load = np.append(self._entries, 2 * len(base))
         self._ones = (self._entries >= len(base)).astype(np.float64)
         symmetric = compliance.slab.scheme.reciprocal and slope is None
-        self._solve = _factorized(self._block(self._entries, self._entries), symmetric, int(base.sum()))
+        self._solve = solve_factorized(self._block(self._entries, self._entries), symmetric, int(base.sum()))
         # The load's row and column by elimination: forces of equal heights, and their sum, give the approach.
         self._alone = self._solve(self._ones[None])[0]
         self._share = float(self._ones @ self._alone)
@@ -155,7 +155,7 @@ def finite(forces: Vector) -> Vector:
     return forces
 
 
-def _factorized(matrix: Dense, symmetric: bool, nodes: int) -> Callable[[Dense], Dense]:
+def solve_factorized(matrix: Dense, symmetric: bool, nodes: int) -> Callable[[Dense], Dense]:
     """Solve for right sides that are rows, (any, size). Overwrites the matrix; raises SingularOperator."""
     if symmetric:
         # Into a copy: rounding may leave the matrix without such a factor, and then it is needed as it is.
@@ -205,7 +205,7 @@ class Exchange:
         self._fewest, self._patience = len(away) + 1, PATIENCE
         self._left: set[bytes] = set()
 
-    def exchanged(self, contact: Nodes, wrong: Nodes) -> Exchanged:
+    def exchange_wrong_nodes(self, contact: Nodes, wrong: Nodes) -> Exchanged:
         """Exchange wrong nodes (n,) of a contact (n,) for the next round."""
         count = int(wrong.sum())
         if count < self._fewest:
@@ -271,14 +271,14 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
     solved for by the found set's own, unless only the set is asked for.
     """
     away = surface_from_axis(case)
-    contact = expected_contact(case)
+    contact = guess_contact(case)
     u, moved = np.zeros_like(away), math.inf
     exchange = Exchange(away)
     system = _system(case, compliance, contact, u, stuck)
     for _ in range(MOST_ROUNDS):
         if not system.is_near(contact):
             system = _system(case, compliance, contact, u, stuck)
-        found = _pressed(case, compliance, system, contact, u, stuck)
+        found = press_nodes(case, compliance, system, contact, u, stuck)
         wrong = wrong_nodes(case, found)
         right = not wrong.any()
         if right and stuck:  # of a stuck contact only the set is used
@@ -291,7 +291,7 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
             if not system.is_of(contact) or moved > SLOW * before:
                 system = _system(case, compliance, contact, u, stuck)
             continue
-        following = exchange.exchanged(contact, wrong)
+        following = exchange.exchange_wrong_nodes(contact, wrong)
         # Nodes stuck at u = 0 have no memory but their set: one that comes back comes back for ever.
         if following.again and (stuck or not case.effects.coupling):
             break
@@ -303,12 +303,12 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
 def rounding_at_rest(case: Case, found: NormalContact) -> float:
     """Rounding error: distance that nodes at rest may move from round to round, in L_x."""
     xi = surface_from_axis(case, found.u)[found.contact]
-    return RESTING * case.normal_load + pin_of(case).rounding(xi)
+    return RESTING * case.normal_load + make_pin(case).rounding(xi)
 
 
 def wrong_nodes(case: Case, found: NormalContact) -> Nodes:
     """Nodes (n,) in contact that pull, and free ones that lie inside the pin."""
-    x, pin = surface_from_pin(case), pin_of(case)
+    x, pin = surface_from_pin(case), make_pin(case)
     # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
     gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + found.u) - found.v, np.inf)
     return np.asarray(np.where(found.contact, -found.normal_force, -gap) / case.normal_load > INSIDE)
@@ -317,25 +317,25 @@ def wrong_nodes(case: Case, found: NormalContact) -> Nodes:
 def _system(case: Case, compliance: Compliance, contact: Nodes, u: Vector, stuck: bool) -> ContactSystem:
     """The system of this contact set: without friction, the pin's height under a node depends on its u, linear near this one."""
     coupled = case.effects.coupling
-    slope = pin_of(case).slope(surface_from_pin(case) + u) if coupled and not stuck else None
+    slope = make_pin(case).slope(surface_from_pin(case) + u) if coupled and not stuck else None
     if slope is None and compliance.lasting and len(contact) <= FEW_NODES:  # no border changes what is kept
-        return _system_before(compliance, contact.tobytes(), coupled and stuck)
+        return previous_system(compliance, contact.tobytes(), coupled and stuck)
     return ContactSystem(compliance, contact, slope, held=coupled and stuck)
 
 
 @lru_cache(maxsize=KEPT)
-def _system_before(compliance: Compliance, contact: bytes, held: bool) -> ContactSystem:
+def previous_system(compliance: Compliance, contact: bytes, held: bool) -> ContactSystem:
     system = ContactSystem(compliance, np.frombuffer(contact, np.bool_), None, held)
     # Of a stuck contact the set alone counts, not the last bits. On larger grids it takes longer than it saves.
     return system.keep() if held and compliance.slab.nodes <= ANSWERED else system
 
 
-def _pressed(
+def press_nodes(
     case: Case, compliance: Compliance, system: ContactSystem, contact: Nodes, u: Vector, stuck: bool
 ) -> NormalContact:
     """The contact with just these nodes on the pin, one Newton step from the given u."""
     n, coupled = compliance.slab.nodes, case.effects.coupling
-    heights = pin_of(case).face(surface_from_pin(case) + (0.0 if stuck else u))
+    heights = make_pin(case).face(surface_from_pin(case) + (0.0 if stuck else u))
     if system.slope is not None:
         heights = heights - system.slope * u
     if system.answers is None:

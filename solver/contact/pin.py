@@ -11,9 +11,9 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats, Vector
-from nanoslip.solver.case import Case, Distribution, Heterogeneity, Image, PinShape, image_of
+from nanoslip.solver.case import Case, Distribution, Heterogeneity, Image, PinShape, make_image
 from nanoslip.solver.contact.closed_forms import hertz_half_width, hertz_radius, winkler_half_width
-from nanoslip.solver.last import of_the_last
+from nanoslip.solver.last import cache_last
 from nanoslip.solver.slab import surface_x, surface_y
 
 LONGEST_STEP = 0.05
@@ -49,14 +49,14 @@ class Pin:
         """Height of the pin as if it had no edges."""
         rise = self.rises[0, 0]
         if self.rises.size > 1:  # a smooth pin's is one number
-            rise = self._by_rows(xi, lambda places, rises: np.interp(places, self.knots, rises))
+            rise = self.apply_to_rows(xi, lambda places, rises: np.interp(places, self.knots, rises))
         return np.asarray(self.curvature * xi**2 / 2 + rise + self.across)
 
-    def lowest_within(self, xi: Vector, distance: float) -> Vector:
+    def lower_bound(self, xi: Vector, distance: float) -> Vector:
         """A bound from below of the heights within a distance of ξ, (n,): parabola and rise each at its lowest."""
         nearest = np.maximum(np.abs(xi) - distance, 0.0)
         height = self.curvature * nearest**2 / 2 + self.across
-        return np.asarray(height + self._by_rows(xi, partial(self._lowest_rise, distance)))
+        return np.asarray(height + self.apply_to_rows(xi, partial(self._lowest_rise, distance)))
 
     def _lowest_rise(self, distance: float, xi: Vector, rises: Vector) -> Vector:
         left, right = xi - distance, xi + distance
@@ -66,14 +66,14 @@ class Pin:
         between = np.minimum.reduceat(np.append(rises, np.inf), stretches.ravel())[::2]
         return np.asarray(np.minimum(ends, between))
 
-    def _by_rows(self, xi: Vector, along: Callable[[Vector, Vector], Vector]) -> Vector:
+    def apply_to_rows(self, xi: Vector, along: Callable[[Vector, Vector], Vector]) -> Vector:
         """A function of ξ and of the rises over them, row by row of nodes."""
         if len(self.rises) == 1:
             return along(xi, self.rises[0])
         rows = xi.reshape(-1, len(self.rises)).T
         return np.stack([along(*each) for each in zip(rows, self.rises, strict=True)], axis=1).ravel()
 
-    def fall_within(self, distance: float) -> float:
+    def largest_fall(self, distance: float) -> float:
         """Upper bound of the roughness' rise or fall within a distance, anywhere on a rough pin."""
         steepest = float(np.abs(np.diff(self.rises) / np.diff(self.knots)).max())
         return min(steepest * distance, float(np.ptp(self.rises, axis=1).max()))
@@ -85,7 +85,7 @@ class Pin:
 
     def slope(self, xi: Vector) -> Vector:
         """dheight/dξ under the pin; at a knot that to its right."""
-        return np.asarray(self.curvature * xi + self._by_rows(xi, self._rise_slope))
+        return np.asarray(self.curvature * xi + self.apply_to_rows(xi, self._rise_slope))
 
     def steepest(self, left: Vector, right: Vector, row: int = 0) -> float:
         """The largest |dheight/dξ| over a row of nodes anywhere between left and right, (k,), of k stretches of ξ; 0 without."""
@@ -114,7 +114,7 @@ def surface_from_pin(case: Case, first_node: int = 0) -> Vector:
     return places + first_node // case.slab.rows * case.slab.spacing if first_node else places
 
 
-@of_the_last
+@cache_last
 def _surface_at_first(case: Case) -> Vector:
     places = surface_x(case.slab.n_x) - case.start * case.slab.spacing
     places = np.repeat(places, case.slab.rows)
@@ -122,7 +122,7 @@ def _surface_at_first(case: Case) -> Vector:
     return places
 
 
-@of_the_last
+@cache_last
 def surface_across(case: Case) -> Vector:
     """y of the surface nodes from the pin's lowest point, (n,), in L_x; 0 in plane strain."""
     return surface_y(case.slab.rows, case.slab.nodes) - case.start_y * case.slab.spacing
@@ -134,15 +134,15 @@ def surface_from_axis(case: Case, moved: Vector | float = 0.0, first_node: int =
     return np.hypot(x, surface_across(case)) if case.slab.scheme.planar else np.abs(x)
 
 
-@of_the_last
-def pin_of(case: Case) -> Pin:
+@cache_last
+def make_pin(case: Case) -> Pin:
     """The pin of `case`."""
     return SHAPES[case.pin](case)
 
 
 def _parabola(case: Case) -> Pin:
     """On a plane of nodes a paraboloid: a ball."""
-    y, image = surface_across(case), image_of(case.heterogeneity.roughness)
+    y, image = surface_across(case), make_image(case.heterogeneity.roughness)
     across = y**2 / (2.0 * case.radius) if case.slab.scheme.planar else 0.0
     return Pin(1.0 / case.radius, math.inf, image.xi, image.over(y[: case.slab.rows]), across)
 
@@ -162,11 +162,11 @@ def _flat_punch(case: Case) -> Pin:
 
 def roughness_slopes(image: Image, spacing: float) -> tuple[float, float]:
     """Root mean square slopes of a roughness, of an image both ways, and of what linear interpolation at this spacing misses."""
-    along, across = slopes_along(image.xi, image.height, spacing), slopes_along(image.y, image.height.T, spacing)
+    along, across = profile_slopes(image.xi, image.height, spacing), profile_slopes(image.y, image.height.T, spacing)
     return math.hypot(along[0], across[0]), math.hypot(along[1], across[1])
 
 
-def slopes_along(knots: Vector, rows: Vector, spacing: float) -> tuple[float, float]:
+def profile_slopes(knots: Vector, rows: Vector, spacing: float) -> tuple[float, float]:
     """Root mean square slopes of profiles (rows, knots), and of what linear interpolation at this spacing misses; 0 of a knot."""
     if len(knots) == 1:
         return 0.0, 0.0
@@ -230,8 +230,8 @@ DISTRIBUTIONS: dict[Distribution, Callable[[Vector, float], Vector]] = {
 """Distribution -> its numbers of mean 1 and this standard deviation, from uniform ones in (0, 1)."""
 
 
-@of_the_last
-def expected_half_width(case: Case) -> float:
+@cache_last
+def estimate_half_width(case: Case) -> float:
     """Hertz's contact half-width on a half-plane or half-space, that on a bed of springs, or the punch's own: a first guess."""
     if case.pin == "flat_punch":
         return case.half_width
@@ -243,8 +243,8 @@ def expected_half_width(case: Case) -> float:
     return hertz_half_width(case.normal_load, case.radius, case.slab.poisson)
 
 
-def expected_contact(case: Case) -> NDArray[np.bool_]:
+def guess_contact(case: Case) -> NDArray[np.bool_]:
     """Nodes (n,) of the expected contact, a first guess: at least the nearest."""
     away = surface_from_axis(case)
-    under = (away <= expected_half_width(case)) & (np.abs(surface_from_pin(case)) <= pin_of(case).half_width)
+    under = (away <= estimate_half_width(case)) & (np.abs(surface_from_pin(case)) <= make_pin(case).half_width)
     return under if under.any() else away <= away.min()

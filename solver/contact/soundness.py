@@ -15,7 +15,7 @@ from nanoslip.solver.arrays import Vector
 from nanoslip.solver.case import Case, limits_shear
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.state import Stop
-from nanoslip.solver.contact.pin import pin_of, surface_from_axis, surface_from_pin
+from nanoslip.solver.contact.pin import make_pin, surface_from_axis, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.outcome import COMPLETED, ROUNDED, Ending, Outcome
 
@@ -96,7 +96,7 @@ OUTCOME_OF_STOP = {
 def advise(case: Case, outcome: Outcome) -> Outcome:
     """The outcome of a case's run, with advice for this case added to the general advice."""
     if outcome.message == OUTCOME_OF_STOP[Stop.CASCADE_LIMIT].message:
-        return replace(outcome, message=_of_cascades(case, outcome.message))
+        return replace(outcome, message=cascade_advice(case, outcome.message))
     with_others = outcome in (OUTCOME_OF_STOP[Stop.CONTACT_CYCLE], OUTCOME_OF_STOP[Stop.INACCURATE])
     if with_others and not case.slab.scheme.reciprocal:
         return replace(outcome, message=f"{outcome.message}, or the scheme galerkin")
@@ -121,14 +121,14 @@ def energy_created(case: Case) -> Outcome:
     )
 
 
-def advised_of_pillars(case: Case, outcome: Outcome) -> Outcome:
+def advise_on_pillars(case: Case, outcome: Outcome) -> Outcome:
     """The outcome, of a slab that may sway with the advice to lower it, unless that is the advice against rounding, too."""
     if outcome.ending in _OF_PILLARS and case.slab.aspect_ratio > PILLAR and outcome.cause != ROUNDED:
         return replace(outcome, message=f"{outcome.message}, or use an aspect_ratio nearer 1")
     return outcome
 
 
-def _of_cascades(case: Case, message: str) -> str:
+def cascade_advice(case: Case, message: str) -> str:
     """Advice against endless slips. Without friction they continue until no shear is left, which takes forever on a nearly
     incompressible slab at any limit."""
     rule, others = case.slip_rule, []
@@ -190,7 +190,7 @@ def accuracy_of_heights(case: Case, softness: Vector, state: ContactState) -> Ou
     if not state.contact.any():
         return COMPLETED
     xi = surface_from_pin(case, state.first_node) + state.u - state.displacement
-    missed = np.abs(pin_of(case).face(xi) - state.w - state.approach)[state.contact].max()
+    missed = np.abs(make_pin(case).face(xi) - state.w - state.approach)[state.contact].max()
     share = float(missed) / (case.normal_load * float(np.abs(softness[state.contact]).max()))
     return COMPLETED if share <= COARSEST_HEIGHTS else _heights_unknown(share, "missed")
 
@@ -198,7 +198,7 @@ def accuracy_of_heights(case: Case, softness: Vector, state: ContactState) -> Ou
 def _steepest(case: Case, contact: NDArray[np.bool_], xi: Vector, outermost: float) -> float:
     """Largest |slope| of the pin under a contact of nodes at ξ, (n,): at each node, and at each height between the outermost two
     of a row. No node stands on a wall between two nodes, yet the pin drags it over them."""
-    pin, rows = pin_of(case), case.slab.rows
+    pin, rows = make_pin(case), case.slab.rows
     if not pin.rough or not contact.any():  # a smooth pin is steepest at the outermost
         return pin.curvature * outermost
     touching = contact.reshape(-1, rows)
@@ -214,7 +214,7 @@ def steepest_across(case: Case, contact: NDArray[np.bool_], xi: Vector) -> float
 
     Between neighbouring rows of nodes, anywhere between the outermost nodes of both: the pin drags each row over its own heights.
     """
-    pin, rows = pin_of(case), case.slab.rows
+    pin, rows = make_pin(case), case.slab.rows
     if rows == 1:
         return 0.0
     touching, places = contact.reshape(-1, rows), xi.reshape(-1, rows)
@@ -238,7 +238,7 @@ def rounding_share(case: Case, softness: Vector, contact: NDArray[np.bool_], out
     """
     if not contact.any():
         return 0.0
-    pin = pin_of(case)
+    pin = make_pin(case)
     highest = pin.curvature * (outermost * outermost) / 2 + float(np.abs(pin.rises).max())
     displaced = case.normal_load * float(np.abs(softness[contact]).max())
     return sys.float_info.epsilon * highest / displaced

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.pin import pin_of, surface_from_pin
-from nanoslip.solver.last import of_the_last
+from nanoslip.solver.contact.pin import make_pin, surface_from_pin
+from nanoslip.solver.last import cache_last
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import STRESS, Quantity, quantity
 from nanoslip.solver.slab import surface_x, surface_y
-from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, labelled
 
 
 def contact_column(meaning: str, name: str, **more: Any) -> Any:
@@ -87,7 +87,7 @@ class ContactState(Viewed):
         yield f"{self.contact.sum()} of {len(self.contact)} nodes in contact"
         yield f"δ_p/L_x {self.displacement:.4g}"
         yield f"F/W {self.friction_force / self.normal_force:.4g}" if self.contact.any() else "no force"
-        yield in_words(self.outcome)
+        yield describe_outcome(self.outcome)
 
     def _labelled(self) -> Iterator[Labelled]:
         yield from labelled(self)
@@ -144,14 +144,14 @@ def contact_summary(state: ContactState) -> ContactSummary:
     return ContactSummary(int(state.contact.sum()), mean, float(state.pressure.max()), state.friction_force)
 
 
-@of_the_last  # asked for a record's flags and for its numbers
+@cache_last  # asked for a record's flags and for its numbers
 def contact_width(state: ContactState) -> float:
     """The width of the surface in contact, in L_x, without the gaps in it; of a plane of nodes the diameter of a disc as large.
 
     At a smooth contact's edge pressure falls as the root of the distance: its square, drawn through the last two nodes, is zero
     there, at most a spacing beyond the last. Where pressure does not fall (a punch, one node) the edge is half a spacing beyond.
     """
-    inside, pressure = (_in_one_row(each, state.rows) for each in (state.contact, state.pressure))
+    inside, pressure = (join_rows(each, state.rows) for each in (state.contact, state.pressure))
     spacings = float((inside[1:] & inside[:-1]).sum())
     for turned in (slice(None), slice(None, None, -1)):
         contact = inside[turned]
@@ -165,7 +165,7 @@ def contact_width(state: ContactState) -> float:
     return spacings / (len(state.contact) - 1)
 
 
-def _in_one_row(values: NDArray[Any], rows: int) -> NDArray[Any]:
+def join_rows(values: NDArray[Any], rows: int) -> NDArray[Any]:
     """Values at the nodes row after row, with a zero between rows."""
     return values if rows == 1 else np.pad(values.reshape(-1, rows).T, ((0, 0), (1, 1))).ravel()
 
@@ -193,7 +193,7 @@ def state_from_forces(
         "pressure": -forces[1] / widths,
         "shear": forces[0] / widths,
         "slip": np.where(contact, u - displacement, 0.0),
-        "gap": np.where(contact, 0.0, pin_of(case).height(xi) - v),
+        "gap": np.where(contact, 0.0, make_pin(case).height(xi) - v),
         "u": u.copy(),
         "w": v - approach,
         "nodal_force": forces,

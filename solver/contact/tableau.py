@@ -19,8 +19,8 @@ from nanoslip.solver.elasticity.compliance import (
     Compliance,
     EndlessCompliance,
     Entries,
-    bordered,
-    bordered_inverse,
+    border_matrix,
+    invert_bordered,
     portions,
     taken,
 )
@@ -33,7 +33,7 @@ LINE = 8
 """Floats in a cache line of 64 bytes."""
 
 
-def in_lines(entries: int) -> NDArray[np.float64]:
+def zero_lines(entries: int) -> NDArray[np.float64]:
     """Zeros for a matrix of so many rows and at least as many columns, every row of which begins at a cache line: adding a row
     that straddles lines takes a third longer."""
     stride = -(-entries // LINE) * LINE
@@ -52,7 +52,7 @@ def tableau(compliance: Entries, contact: Nodes, into: Dense, reciprocal: bool =
     n, count = len(contact), len(touching)
     pivoted, kept = np.concatenate((touching, touching + n)), np.concatenate((free, free + n))
     normal = (kept >= n).astype(float)
-    stiffness = bordered_inverse(bordered(compliance, pivoted, n), f"compliance of {count} nodes", into)
+    stiffness = invert_bordered(border_matrix(compliance, pivoted, n), f"compliance of {count} nodes", into)
     reached = np.column_stack((compliance(kept, pivoted), normal))
     from_kept = reached @ stiffness
     with_load = np.append(pivoted, 2 * n)
@@ -136,7 +136,7 @@ def base_of(compliance: EndlessCompliance, nodes: float) -> Base:
 def _base(compliance: EndlessCompliance, nodes: float) -> Base:
     disc = disc_of(compliance.slab.n_x, nodes)
     held = wider(disc, BASE_RINGS).ravel().nonzero()[0]
-    table = in_lines(2 * len(held) + 1)
+    table = zero_lines(2 * len(held) + 1)
     tableau(entries_of(compliance, held), disc.ravel()[held], table, reciprocal=True)
     table.setflags(write=False)
     return Base(disc, held, table)
@@ -170,7 +170,7 @@ def tableau_from_base(compliance: EndlessCompliance, nodes: Window, contact: Nod
     base = base_of(compliance, expected)
     entries = _both(np.searchsorted(base.nodes, shifted[0] * n + shifted[1]), len(base.nodes))
     entries = np.append(entries, 2 * len(base.nodes))
-    found = in_lines(len(entries))
+    found = zero_lines(len(entries))
     for row, entry in zip(found, entries, strict=True):
         base.tableau[entry].take(entries, out=row[: len(entries)], mode="clip")  # "raise" buffers
     exchange(found, _both(different, len(nodes)))

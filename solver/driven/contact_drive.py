@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.compiled_contact import beyond_window, state_of
+from nanoslip.solver.contact.compiled_contact import contact_value, has_node_beyond_window
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
@@ -15,11 +15,11 @@ from nanoslip.solver.drive import Drive, refuse_with_memory
 from nanoslip.solver.driven.kernels.drive import drive_contact
 from nanoslip.solver.dynamics.integrators import Pulled, outcome_of_segments, part_reached
 from nanoslip.solver.dynamics.kernels.motion import Course, Motion, PinState, Slip, Tally
-from nanoslip.solver.dynamics.kernels.steps import empty_record, finished_run
+from nanoslip.solver.dynamics.kernels.steps import empty_record, make_run_result
 from nanoslip.solver.dynamics.result import BINS
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.solver.sliding.full_contact import GOING_ON, compiled_at, continued
+from nanoslip.solver.sliding.full_contact import GOING_ON, compile_state, continue_contact
 from nanoslip.solver.sliding.way import Way
 
 ANY_WAY: Final = Direction(0.0, 0.0, 1)
@@ -54,7 +54,7 @@ def driven_contact(case: Case, compliance: Compliance, drive: Drive, motion: Mot
     """
     refuse_with_memory(case)
     start = initial_contact(case, compliance)
-    compliance = compliance if case.effects.coupling else compliance.uncoupled()
+    compliance = compliance if case.effects.coupling else compliance.decouple()
     found = _followed(case, compliance, drive, motion, start, whole=False)
     if found is None:
         found = _followed(case, compliance, drive, motion, start, whole=True)
@@ -67,7 +67,7 @@ def _followed(
 ) -> DrivenContact | None:
     """The drive within windows, or on the whole surface; None if a node beyond a window proves to lie inside the pin."""
     # The window has to hold whichever way the pin will turn.
-    compiled = compiled_at(case, compliance, start, whole, Way(case.normal_load, ANY_WAY))
+    compiled = compile_state(case, compliance, start, whole, Way(case.normal_load, ANY_WAY))
     record = empty_record(motion, drive.samples, BINS)
     pin, slip, tally = PinState(0.0, 0.0, 0.0, 0.0), Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), Tally(0, 0.0, 0.0, 0, 0)
     slips, events, lost = np.empty((0, 5)), 0, 0.0
@@ -81,15 +81,15 @@ def _followed(
         if stop not in GOING_ON:
             break
         compiled.state.scalars["pin_rate"] = 0.0  # it may next turn
-        again, stop = continued(compiled, stop, whole, whole, anew=True)
+        again, stop = continue_contact(compiled, stop, whole, whole, anew=True)
         if again is None:
             return None
         compiled = again
         if stop != Stop.DONE:
             break
-    run = finished_run(record, tally, slip, slips, pin.time)
-    end = state_of(compiled, COMPLETED)
-    if beyond_window(compiled, end):
+    run = make_run_result(record, tally, slip, slips, pin.time)
+    end = contact_value(compiled, COMPLETED)
+    if has_node_beyond_window(compiled, end):
         return None
     return DrivenContact(run, _outcome(stop, run, motion, drive), end, events, lost)
 

@@ -13,7 +13,7 @@ from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
-from nanoslip.solver.view import Labels, in_words
+from nanoslip.solver.view import Labels, describe_outcome
 
 FEWEST_PERIODS: Final = 2.0
 """Oscillation periods that a pin has to slide before its mean friction is that of steady sliding."""
@@ -55,7 +55,7 @@ class FrictionCoefficients(Labels):
     def _facts(self) -> Iterator[str]:
         yield f"μ_s {self.static_friction:.4g}"
         yield f"μ_k {self.kinetic_friction:.4g}"
-        yield in_words(self.outcome)
+        yield describe_outcome(self.outcome)
 
 
 def friction_coefficients(

@@ -75,12 +75,12 @@ def boundary(sticks: Callable[[float], bool | None], first: float) -> Boundary:
         if not found:
             above = value
         elif above > value:
-            between = _bisected(sticks, value, above)
+            between = bisect_critical_value(sticks, value, above)
             return Boundary(between, "found" if math.isfinite(between) else "unknown")
     return Boundary(math.nan, "always_sticks" if math.isnan(above) else "never_sticks")
 
 
-def _bisected(sticks: Callable[[float], bool | None], low: float, high: float) -> float:
+def bisect_critical_value(sticks: Callable[[float], bool | None], low: float, high: float) -> float:
     """The critical value between a pin that sticks and one that does not."""
     while high > RESOLUTION * low:
         middle = math.sqrt(low * high)

@@ -17,7 +17,7 @@ from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, friction
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from nanoslip.solver.dynamics.integrators import Pulled, integrate
 from nanoslip.solver.dynamics.regime import RISING, count_sticks, decay_rate, start_is_forgotten
-from nanoslip.solver.dynamics.result import DynamicsResult, ended_by
+from nanoslip.solver.dynamics.result import DynamicsResult, ending_parameter
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.parameter import declared
 from nanoslip.solver.sliding.plateau import Plateau
@@ -45,10 +45,10 @@ def measured(
 
     def lasting(duration: float | None) -> tuple[DynamicsResult, FrictionCoefficients]:
         motion = integrate(limit, replace(drive, duration=duration), record.initial_stiffness, over)
-        if over is None and drive.duration is None and ended_by(motion, drive) != "max_slips":
+        if over is None and drive.duration is None and ending_parameter(motion, drive) != "max_slips":
             ends = partial(_slips_end, motion, drive, limit, may_slide)
             motion = replace(motion, forgotten=start_is_forgotten(motion, drive, limit.period, ends))
-        return motion, friction_coefficients(motion, record, plateau, ended_by(motion, drive))
+        return motion, friction_coefficients(motion, record, plateau, ending_parameter(motion, drive))
 
     last = lasting(drive.duration)
     longest = 2.0**DOUBLINGS * last[0].end_time
@@ -110,7 +110,7 @@ def _needed(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -
     limit. A pin that its damper drags has its friction long before its spring force has settled. The ringing of the start is
     awaited if that is cheap.
     """
-    if not motion.outcome.ok or ended_by(motion, drive) == "max_slips" or drive.stage_velocity == 0.0:
+    if not motion.outcome.ok or ending_parameter(motion, drive) == "max_slips" or drive.stage_velocity == 0.0:
         return math.inf
     count = count_sticks(motion, drive)
     settled = not count.unsettled or motion.settling_time < lag_time(drive)

@@ -64,16 +64,16 @@ class FrictionLimit:
     @property
     def steady_force(self) -> float:
         """Mean of F̃ over one period, in G·L_x·L_y."""
-        width, middle = self._repeated()
+        width, middle = self.repeated_teeth()
         return float(width @ middle / width.sum())
 
     @property
     def uneven_work(self) -> float:
         """Largest work, from tooth to tooth of one period, by which F̃ differs from its mean, in G·L_x²·L_y."""
-        width, middle = self._repeated()
+        width, middle = self.repeated_teeth()
         return float(np.ptp(np.cumsum(width * (middle - self.steady_force))))
 
-    def _repeated(self) -> tuple[Floats, Floats]:
+    def repeated_teeth(self) -> tuple[Floats, Floats]:
         """Width and mean force of each tooth of one period."""
         repeats = slice(self.periodic_from, None)
         width = np.diff(self.edges[repeats])
@@ -113,7 +113,7 @@ def coarse(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     """
     fine = sawtooth(record, plateau)
     whole = Teeth(fine.edges, fine.force, fine.force + fine.slope * np.diff(fine.edges))
-    fewer, periodic_from = taken_together(whole, fine.periodic_from, record.spacing / COARSE)
+    fewer, periodic_from = merge_teeth(whole, fine.periodic_from, record.spacing / COARSE)
     return FrictionLimit(fewer.edges, fewer.start, (fewer.end - fewer.start) / np.diff(fewer.edges), periodic_from)
 
 
@@ -137,7 +137,7 @@ PROFILE_SHAPES: dict[ProfileShape, Callable[[FrictionRecord, Plateau], FrictionL
 """Shape of F̃ by the word in `profile` of a `Drive`."""
 
 
-def taken_together(teeth: Teeth, stays: int, shortest: float) -> tuple[Teeth, int]:
+def merge_teeth(teeth: Teeth, stays: int, shortest: float) -> tuple[Teeth, int]:
     """The teeth that begin in one stretch of length `shortest` (L_x) as one, and the place of the edge that stays.
 
     A new tooth has their length, mean and highest force, which is at its end; if it would begin below zero, it begins at zero

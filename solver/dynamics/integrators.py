@@ -18,7 +18,7 @@ from nanoslip.solver.drive import (
     INTEGRATORS,
     Drive,
     Integrator,
-    expected_duration,
+    estimate_duration,
     settling_time,
 )
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit
@@ -121,10 +121,10 @@ def outcome_of_segments(run: Course, motion: Motion, step_limit: int, tooth: flo
 
     A light pin on a slow stage may come to rest after every period of its oscillation, many times on a tooth.
     """
-    if run.reached >= motion.duration or slipped_enough(run, motion):
+    if run.reached >= motion.duration or has_slipped_enough(run, motion):
         return COMPLETED
     if run.steps < step_limit:
-        return reversed_at(run, motion)
+        return end_of_reversed_run(run, motion)
     periods = tooth * math.sqrt(motion.spring + motion.surface_stiffness) / (2.0 * math.pi)
     rests = math.isfinite(motion.surface_stiffness) and motion.stage < periods
     message = f"{step_limit} segments reached {part_reached(run, motion)}: {FEWER_RESTS if rests else FEWER_STEPS}"
@@ -136,12 +136,12 @@ def part_reached(run: Course, motion: Motion) -> str:
     return f"{100.0 * run.reached / motion.duration:.4g} % of the duration"
 
 
-def slipped_enough(run: Course, motion: Motion) -> bool:
+def has_slipped_enough(run: Course, motion: Motion) -> bool:
     """True if the number of macroscopic slips that ends the drive has been reached."""
     return int(np.count_nonzero(np.isfinite(run.slips[:, 3]))) >= motion.most_slips
 
 
-def reversed_at(run: Course, motion: Motion) -> Outcome:
+def end_of_reversed_run(run: Course, motion: Motion) -> Outcome:
     """The end of a run whose pin was not to move back."""
     message = f"the pin slips back after {part_reached(run, motion)}: needs reverse_motion = true"
     return Outcome(Ending.REVERSED, message, cause="reversed")
@@ -226,7 +226,9 @@ class RK4(Method):
         if math.isnan(run.friction_work):
             message = f"the motion ran away after {part_reached(run, motion)}: needs a shorter time_step"
             return run, Outcome(Ending.UNSTABLE_STEP, message, cause="runaway")
-        return run, COMPLETED if run.steps == steps or slipped_enough(run, motion) else reversed_at(run, motion)
+        return run, COMPLETED if run.steps == steps or has_slipped_enough(run, motion) else end_of_reversed_run(
+            run, motion
+        )
 
 
 def is_stable(time_step: float, motion: Motion) -> bool:
@@ -274,7 +276,7 @@ def integrate(
     # A tooth that falls is highest at its left edge.
     rises = np.maximum(friction_limit.slope, 0.0) * np.diff(friction_limit.edges)
     peak, way = float((friction_limit.force + rises).max()), float(friction_limit.edges[-1])
-    duration = drive.duration or expected_duration(drive, peak, friction_limit.steady_force, surface_stiffness, way)
+    duration = drive.duration or estimate_duration(drive, peak, friction_limit.steady_force, surface_stiffness, way)
     compliant = drive.surface_compliance
     # Without surface compliance the steepest tooth is what sets the fastest motion.
     stiffest = surface_stiffness if compliant else float(np.abs(friction_limit.slope).max())

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Drive, lag_time
-from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ended_by, raising
+from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ending_parameter, raising
 from nanoslip.solver.parameter import quantity
 
 Regime = Literal["sticks", "stick_slip", "slides", "micro_slip"]
@@ -140,7 +140,7 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
     )
     rings = regime == "slides" and result.settling_time >= lag_time(drive)
     ringing = _ringing_ends(result, drive, RINGING * result.spring_force_range) if rings else 0.0
-    unsettled = _unsettled(result, drive, late, ringing) if repeats else ""
+    unsettled = unsettled_reason(result, drive, late, ringing) if repeats else ""
     if unsettled or not repeats:
         return StickSlipCount(slips, resticks, stuck, regime, math.nan, math.nan, unsettled, ringing)
     period = float(np.diff(result.slip_time[late]).mean()) if regime == "stick_slip" and late.sum() > 1 else math.nan
@@ -184,7 +184,7 @@ def _ringing_ends(result: DynamicsResult, drive: Drive, force: float) -> float:
     return float(result.slip_time[-1]) + max(math.log(ringing / force), 0.0) / decay
 
 
-def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_], ringing: float) -> str:
+def unsettled_reason(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_], ringing: float) -> str:
     """Reason why the second half of the time shows no period, with advice; empty if it does. late: (s,) slips in it."""
     if late[:1].any():
         what = "the first slip"
@@ -195,7 +195,7 @@ def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_], ri
     else:
         return ""
     missing = "spring_force_amplitude and stick_slip_period are not known"
-    return f"{what} is in the second half of the time, so {missing}{raising(ended_by(result, drive))}"
+    return f"{what} is in the second half of the time, so {missing}{raising(ending_parameter(result, drive))}"
 
 
 def _ramp_left(result: DynamicsResult, drive: Drive, slips: int) -> float:

@@ -10,7 +10,7 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import ENERGY, OVER_LOAD, quantity
-from nanoslip.solver.view import Curve, OneLine, Picture, in_words
+from nanoslip.solver.view import Curve, OneLine, Picture, describe_outcome
 
 BINS: Final = 256
 """Stretches of time over which the friction force is averaged."""
@@ -105,7 +105,7 @@ class DynamicsResult(OneLine):
         yield f"{len(self.time)} samples to t = {self.end_time:.4g}"
         yield f"{len(self.slip_time)} slips"
         yield f"{self.micro_slips} micro slips"
-        yield in_words(self.outcome)
+        yield describe_outcome(self.outcome)
 
     def picture(self, normal_load: float) -> Picture:
         """Spring force and friction force over time, as shares of the load, for `nanoslip.solver.view.draw_picture`."""
@@ -119,7 +119,7 @@ def raising(key: str) -> str:
     return "" if key == "duration" else f": raise {key}"
 
 
-def ended_by(result: DynamicsResult, drive: Drive) -> str:
+def ending_parameter(result: DynamicsResult, drive: Drive) -> str:
     """Parameter that ended a drive: `max_slips`, `duration`, or `step_limit` (no duration, and twice the time exceeds it)."""
     ended = int(np.count_nonzero(np.isfinite(result.restick_time)))
     if drive.max_slips is not None and ended >= drive.max_slips:

@@ -41,7 +41,7 @@ class Oscillator:
         """Position and velocity at each time (n,)."""
         return self._motion(time, np)
 
-    def position_at(self, time: float) -> float:
+    def compute_position(self, time: float) -> float:
         """Position at one time."""
         return float(self._motion(time, math)[0])
 
@@ -72,12 +72,12 @@ class Oscillator:
             if turn - math.pi / beat >= before:
                 break
             if self._rates(turn)[0] < -_ROUNDING * self.stage_velocity:
-                stop = self._stop_after(max(turn - (phase - bend) % math.pi / beat, self.time))
+                stop = self.find_stop(max(turn - (phase - bend) % math.pi / beat, self.time))
                 return stop if stop < before else math.nan
             turn += math.pi / beat
         return math.nan
 
-    def _stop_after(self, time: float) -> float:
+    def find_stop(self, time: float) -> float:
         """Find the time when the falling velocity is 0, by Newton's method from its inflection point or a later start.
 
         Newton's method converges monotonically from there, and quadratically unless the velocity only just reaches zero.
@@ -158,7 +158,7 @@ def stick_slip(
         """A slip from time 0 and position 0 that begins with this spring force: its motion, duration and length."""
         pin = Oscillator(k, drive.damping_ratio, stage, kinetic - force)
         duration = pin.first_stop(math.inf)
-        return pin, duration, pin.position_at(duration)
+        return pin, duration, pin.compute_position(duration)
 
     starts, ends, forces = list[float](), list[float](), list[float]()
     places, since, limit = [0.0], 0.0, static

@@ -41,7 +41,7 @@ class Compliance(OneLine, ABC):
         return True
 
     @abstractmethod
-    def under_itself(self) -> Vector:
+    def own_displacement(self) -> Vector:
         """w of every surface node per normal force on it, (n,)."""
 
     @abstractmethod
@@ -54,10 +54,10 @@ class Compliance(OneLine, ABC):
 
     @abstractmethod
     def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
-        """[u; w] of all surface nodes, (2, n), under nodal forces [f_x; f_z], (2, n); coupled: as in `uncoupled` if not."""
+        """[u; w] of all surface nodes, (2, n), under nodal forces [f_x; f_z], (2, n); coupled: as in `decouple` if not."""
 
     @abstractmethod
-    def uncoupled(self) -> "Compliance":
+    def decouple(self) -> "Compliance":
         """Drop the coupling (Goodman's approximation): normal forces cause no u, and tangential forces no w."""
 
     @property
@@ -103,7 +103,7 @@ class SurfaceCompliance(Compliance):
     def lasting(self) -> bool:
         return not self.matrix.flags.writeable
 
-    def under_itself(self) -> Vector:
+    def own_displacement(self) -> Vector:
         return self.matrix.diagonal()[self.slab.n_x :]
 
     def window(self, nodes: Indices) -> Dense:
@@ -126,7 +126,7 @@ class SurfaceCompliance(Compliance):
             found[moved] += self.matrix[moved, first : first + n][:, loaded] @ forces[along, loaded]
         return found.reshape(2, n)
 
-    def uncoupled(self) -> "SurfaceCompliance":
+    def decouple(self) -> "SurfaceCompliance":
         n = self.slab.n_x
         matrix = np.zeros_like(self.matrix, subok=False)
         matrix[:n, :n], matrix[n:, n:] = self.matrix[:n, :n], self.matrix[n:, n:]
@@ -145,8 +145,8 @@ class EndlessCompliance(Compliance):
     def matrix(self) -> Dense:
         return self.window(np.arange(self.slab.nodes))
 
-    def under_itself(self) -> Vector:
-        return np.full(self.slab.nodes, self.convolution.under_itself)
+    def own_displacement(self) -> Vector:
+        return np.full(self.slab.nodes, self.convolution.own_displacement)
 
     def window(self, nodes: Indices) -> Dense:
         return self.convolution.window(nodes)
@@ -155,10 +155,10 @@ class EndlessCompliance(Compliance):
         return self.convolution.entries(rows, columns)
 
     def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
-        return (self.convolution if coupled else self.convolution.uncoupled()).displacements(forces)
+        return (self.convolution if coupled else self.convolution.decouple()).displacements(forces)
 
-    def uncoupled(self) -> "EndlessCompliance":
-        return EndlessCompliance(self.convolution.uncoupled(), self.slab)
+    def decouple(self) -> "EndlessCompliance":
+        return EndlessCompliance(self.convolution.decouple(), self.slab)
 
 
 FEW_NODES: Final = 129
@@ -194,7 +194,7 @@ def taken(matrix: Dense, rows: Indices, columns: Indices) -> Dense:
     return matrix.take(columns, 1).take(rows, 0)
 
 
-def bordered(compliance: Entries, entries: Indices, nodes: int) -> Dense:
+def border_matrix(compliance: Entries, entries: Indices, nodes: int) -> Dense:
     """The compliance of so many nodes in these m entries with a row and a column of approach and load, (m + 1, m + 1)."""
     result = np.zeros((len(entries) + 1, len(entries) + 1))
     for rows in portions(len(entries)):
@@ -203,15 +203,15 @@ def bordered(compliance: Entries, entries: Indices, nodes: int) -> Dense:
     return result
 
 
-def stiffness_of(compliance: Compliance, nodes: Indices) -> Dense:
+def contact_stiffness_matrix(compliance: Compliance, nodes: Indices) -> Dense:
     """Forces and approach per u, v and -load at these nodes, (2m + 1, 2m + 1). Raises SingularOperator."""
     count = compliance.slab.nodes
-    system = bordered(compliance.entries, np.concatenate((nodes, nodes + count)), count)
-    return bordered_inverse(system, f"compliance of {len(nodes)} nodes")
+    system = border_matrix(compliance.entries, np.concatenate((nodes, nodes + count)), count)
+    return invert_bordered(system, f"compliance of {len(nodes)} nodes")
 
 
-def stiffness_with(compliance: Compliance, stiffness: Dense, nodes: Indices, node: int) -> Dense:
-    """Compute `stiffness_of` these nodes from that without one of them (bordered inverse)."""
+def add_node(compliance: Compliance, stiffness: Dense, nodes: Indices, node: int) -> Dense:
+    """Compute `contact_stiffness_matrix` these nodes from that without one of them (bordered inverse)."""
     count, place = compliance.slab.nodes, int(np.searchsorted(nodes, node))
     others, new = np.delete(nodes, place), np.array([node, node + count])
     held, loaded = np.concatenate((others, others + count)), np.array([[0.0, 1.0]])
@@ -229,8 +229,8 @@ def stiffness_with(compliance: Compliance, stiffness: Dense, nodes: Indices, nod
     return found
 
 
-def stiffness_without(stiffness: Dense, place: int) -> Dense:
-    """Compute `stiffness_of` all nodes but one, by its place among them, from that with it."""
+def remove_node(stiffness: Dense, place: int) -> Dense:
+    """Compute `contact_stiffness_matrix` all nodes but one, by its place among them, from that with it."""
     gone = np.array([place, len(stiffness) // 2 + place])
     old = np.delete(np.arange(len(stiffness)), gone)
     # Its forces are set to 0: what held it is shared out among the others.
@@ -238,7 +238,7 @@ def stiffness_without(stiffness: Dense, place: int) -> Dense:
     return taken(stiffness, old, old) - taken(stiffness, old, gone) @ shared
 
 
-def bordered_inverse(system: Dense, name: str, room: Dense | None = None) -> Dense:
+def invert_bordered(system: Dense, name: str, room: Dense | None = None) -> Dense:
     """The inverse of a `name` with the load's row and column, which are the last: by Cholesky's factor where it has one, in the
     place of the system, as large ones fill the memory. room: for as many numbers, overwritten."""
     block, border = system[:-1, :-1], system[:-1, -1]
@@ -351,7 +351,7 @@ def conditioning(matrix: Dense) -> Conditioning:
     return Conditioning(reciprocal, not failed, asymmetry)
 
 
-def explained(outcome: Outcome, compliance: Compliance, contact: NDArray[np.bool_]) -> Outcome:
+def explain_outcome(outcome: Outcome, compliance: Compliance, contact: NDArray[np.bool_]) -> Outcome:
     """Add a cause and advice to the message of a bad outcome, where the compliance of the nodes in contact may be the cause.
 
     contact: mask of the surface nodes in contact, shape (n,). Other outcomes are returned unchanged, as is every one of a

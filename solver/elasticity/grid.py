@@ -126,7 +126,7 @@ def across(grid: Grid, row: int) -> tuple[NDArray[np.int64], Basis]:
 # Under all supports the bottom row rests on a flat rigid plane (w = 0). They differ in the nodes with u = 0.
 
 
-def restrained(grid: Grid, support: Support) -> NDArray[np.bool_]:
+def restrained_nodes(grid: Grid, support: Support) -> NDArray[np.bool_]:
     """Mask of the nodes with u = 0 and of those with w = 0, shape (2, nodes). `bonded`: u = 0 along the bottom.
 
     `frictionless`: u = 0 at the bottom's middle node only; there displacements grow as the logarithm of the refinement.
@@ -158,7 +158,7 @@ def lame(poisson: float) -> float:
     return 2 * poisson / (1 - 2 * poisson)
 
 
-def in_blocks(k_u: Sparse, c_uw: Sparse, c_wu: Sparse, k_w: Sparse) -> Sparse:
+def assemble_blocks(k_u: Sparse, c_uw: Sparse, c_wu: Sparse, k_w: Sparse) -> Sparse:
     """The four matrices of Eq. 11, (nodes, nodes), as one."""
     return scipy.sparse.csr_array(scipy.sparse.block_array([[k_u, c_uw], [c_wu, k_w]]))
 

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from nanoslip.solver.arrays import Floats, Vector
-from nanoslip.solver.elasticity.condensation import condensed
+from nanoslip.solver.elasticity.condensation import condense_surface
 from nanoslip.solver.elasticity.grid import Grid, Stiffness
 from nanoslip.solver.outcome import InvalidInput, SingularOperator
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
@@ -35,7 +35,7 @@ class GridScheme(Scheme):
         return slab.poisson <= LARGEST_POISSON
 
     def matrix(self, slab: Slab) -> Floats:
-        return condensed(self.stiffness(slab))
+        return condense_surface(self.stiffness(slab))
 
 
 LARGEST_POISSON = 0.38

@@ -13,11 +13,11 @@ import numpy as np
 import scipy
 
 from nanoslip.solver.arrays import Floats, Vector
-from nanoslip.solver.elasticity.condensation import families, projected
+from nanoslip.solver.elasticity.condensation import families, project_stiffness
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.elasticity.grid import Grid, Stiffness, across, lame, slopes, value
 from nanoslip.solver.elasticity.grid_scheme import solve_sparse, stiffness
-from nanoslip.solver.elasticity.schemes.column import bar_forces, lengthening, passed_down, resultants, trunk
+from nanoslip.solver.elasticity.schemes.column import bar_forces, lengthening, resultants, transfer_matrix, trunk
 from nanoslip.solver.slab import Slab
 
 _NAMES = [item.name for item in fields(InteriorFields)]
@@ -30,7 +30,7 @@ def interior_fields(slab: Slab, nodal_force: Floats) -> InteriorFields:
     """
     whole = stiffness(trunk(slab))
     found = _solved(whole, slab.poisson, nodal_force)
-    return found if trunk(slab) == slab else _lengthened(slab, whole, found, nodal_force.ravel())
+    return found if trunk(slab) == slab else extend_fields(slab, whole, found, nodal_force.ravel())
 
 
 def _solved(whole: Stiffness, poisson: float, nodal_force: Floats) -> InteriorFields:
@@ -55,18 +55,18 @@ def _displaced(whole: Stiffness, forces: Vector) -> Vector:
         kept = one.number >= 0
         number, weight = one.number[kept], one.weight[kept]
         right = np.bincount(number, weight * forces[kept], one.count).astype(np.float64)
-        found = solve_sparse(projected(whole.matrix, one), right)
+        found = solve_sparse(project_stiffness(whole.matrix, one), right)
         total[kept] += weight * found[number]
     return total
 
 
-def _lengthened(slab: Slab, whole: Stiffness, found: InteriorFields, force: Vector) -> InteriorFields:
+def extend_fields(slab: Slab, whole: Stiffness, found: InteriorFields, force: Vector) -> InteriorFields:
     """The fields of a tall slab: the trunk's upper half moved along with the surface, its lower half under a bar's forces."""
     acting = resultants(slab.n_x) @ force
     w, u, rotation = lengthening(slab) @ acting
     upper = replace(found, u=found.u + u - rotation * found.z, w=found.w + w + rotation * found.x)
     more = slab.aspect_ratio - trunk(slab).aspect_ratio
-    bar = bar_forces(slab.n_x) @ passed_down(slab, more) @ acting
+    bar = bar_forces(slab.n_x) @ transfer_matrix(slab, more) @ acting
     lower = _solved(whole, slab.poisson, bar.reshape(2, -1))
     lower = replace(lower, z=lower.z - more)
     # The bar is inserted half-way down: only its stresses are left there.
@@ -81,13 +81,13 @@ def gradient(grid: Grid, values: Vector) -> tuple[Vector, Vector]:
     down = []
     for row in range(grid.rows):
         used, basis = across(grid, row)
-        above_or_below = [_seen_from(grid, rows[q], int(q), row) for q in used]
+        above_or_below = [interpolate_row(grid, rows[q], int(q), row) for q in used]
         weights = value(slopes(basis), 0.0)
         down.append(sum(weight * seen for weight, seen in zip(weights, above_or_below, strict=True)))
     return np.concatenate(along), np.concatenate(down)
 
 
-def _seen_from(grid: Grid, values: Vector, row: int, here: int) -> Vector:
+def interpolate_row(grid: Grid, values: Vector, row: int, here: int) -> Vector:
     """Values of the field of one row, interpolated to the x of the nodes of another row."""
     if grid.counts[row] == grid.counts[here]:
         return values

@@ -15,12 +15,21 @@ from nanoslip.solver.contact.kernels.state import Direction, Stop, new_scalars
 from nanoslip.solver.contact.limit import node_limit
 from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
-from nanoslip.solver.contact.tableau import in_lines
+from nanoslip.solver.contact.tableau import zero_lines
 from nanoslip.solver.elasticity.compliance import Compliance, inverse
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.sliding.kernels.constant_pressures import TangentialState, refresh_shear, slide_tangentially
 from nanoslip.solver.sliding.record import presliding_length
-from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, first_of, first_room, grown, initial_limit, record_of
+from nanoslip.solver.sliding.way import (
+    Run,
+    SlippedNodes,
+    Way,
+    allocate_events,
+    first_room,
+    grow_events,
+    initial_limit,
+    make_record_view,
+)
 
 
 def slide_with_constant_pressures(case: Case, start: ContactState, compliance: Compliance, way: Way) -> Run:
@@ -35,17 +44,17 @@ def slide_with_constant_pressures(case: Case, start: ContactState, compliance: C
     most, end_at = case.max_events or MOST_EVENTS, way.end(case, presliding_length(limit, stiffness))
     events, held = first_room(most), 0
     while True:
-        status, held = slide_tangentially(state, constants, first_of(events, most), slips, held, end_at)
+        status, held = slide_tangentially(state, constants, allocate_events(events, most), slips, held, end_at)
         # No comparison in the kernel sees a NaN, and none ever leaves the shear again.
         finite = bool(np.isfinite(state.shear).all())
         if status != Stop.FULL or held == most or not finite:
             break
-        events = grown(events)
+        events = grow_events(events)
     end = _tangential_end(case, compliance, start, state, OUTCOME_OF_STOP[status] if finite else NOT_FINITE)
     node_slips = np.zeros(case.slab.nodes, np.int64)
     node_slips[nodes] = slips
     slipped = SlippedNodes(start.first_node, node_slips)
-    return record_of(case, start, compliance, stiffness, events, slipped, held, end)
+    return make_record_view(case, start, compliance, stiffness, events, slipped, held, end)
 
 
 def _tangential_end(
@@ -74,7 +83,7 @@ def _tangential_state(
     limits = node_limit(case, compliance.widths, -start.nodal_force[1], start.first_node)[nodes]
     limits = np.maximum(limits, 0.0)
     u = start.u[nodes].copy()
-    tableau = in_lines(len(nodes))
+    tableau = zero_lines(len(nodes))
     tableau[:, : len(nodes)] = stiffness.T
     state = TangentialState(
         tableau=tableau,

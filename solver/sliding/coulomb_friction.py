@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact import coulomb
-from nanoslip.solver.contact.compiled_contact import left_behind
+from nanoslip.solver.contact.compiled_contact import dropped_nodes
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.path import Events, empty_events
 from nanoslip.solver.contact.kernels.state import EventKind, Stop
@@ -19,7 +19,7 @@ from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.solver.sliding.record import off_the_slab, presliding_length
-from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, record_of
+from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, make_record_view
 
 CREATED_ON_THE_WAY = 1e-4
 """Energy that an event may create at residual_shear 1, in W²/G: it is an integral over steps there, not exact to rounding."""
@@ -31,8 +31,8 @@ def slide_with_coulomb_friction(case: Case, start: ContactState, compliance: Com
     An event is a node that begins to slide, is released or touches; forces do not jump, but for the shear that a strength leaves
     a node which is released. The energy dissipated in sliding since the last event is counted at the event.
     """
-    compliance = compliance if case.effects.coupling else compliance.uncoupled()
-    run, outcome = CoulombRun(case, _contact_at(case, start, compliance, way), way), COMPLETED
+    compliance = compliance if case.effects.coupling else compliance.decouple()
+    run, outcome = CoulombRun(case, contact_at_limit(case, start, compliance, way), way), COMPLETED
     try:
         run.follow()
         if math.isinf(way.end(case, run.presliding)) and run.solved.displacement >= off_the_slab(case):
@@ -41,12 +41,12 @@ def slide_with_coulomb_friction(case: Case, start: ContactState, compliance: Com
         outcome = error.outcome
     end = coulomb.coulomb_state(run.solved, outcome)
     energies = (run.solved.load_work, run.dissipated)
-    return record_of(
+    return make_record_view(
         case, start, compliance, run.initial_stiffness, run.events(), run.slipped, len(run.rows), end, *energies
     )
 
 
-def _contact_at(case: Case, start: ContactState, compliance: Compliance, way: Way) -> coulomb.CoulombContact:
+def contact_at_limit(case: Case, start: ContactState, compliance: Compliance, way: Way) -> coulomb.CoulombContact:
     """The contact in this state; nodes at their limit of friction slide."""
     limits = node_limit(case, compliance.widths, -start.nodal_force[1], start.first_node)
     # A state does not hold roles: a node at its limit, but for rounding, was sliding.
@@ -110,8 +110,8 @@ class CoulombRun:
                 changes = ((touching & ~solved.contact).sum(), (solved.contact & ~touching).sum())
                 stiffness = float(rates[0][0].sum()) * solved.direction.pin_rate
                 self._add((kind, node, before, stiffness), solved.node_slips - slips, changes)
-            if nodes := left_behind(case, solved.contact, solved.contact, self.way.direction.pin_rate):
-                solved.go_on(nodes)
+            if nodes := dropped_nodes(case, solved.contact, solved.contact, self.way.direction.pin_rate):
+                solved.move_grid(nodes)
                 rates, self.last_slips = solved.rates(), np.roll(self.last_slips, -nodes)
 
     def _add(
@@ -119,7 +119,7 @@ class CoulombRun:
     ) -> None:
         """The row of an event: its kind, node, force before and stiffness after; slips of each node (n,); releases, touches."""
         solved, (kind, node, before, stiffness) = self.solved, event
-        of_grid = self.slipped.of_grid(solved.first_node, len(slips))
+        of_grid = self.slipped.grid_slips(solved.first_node, len(slips))
         of_grid += slips
         forces = (solved.displacement, before, float(solved.force[0].sum()), stiffness)
         again = bool(self.rows) and self.rows[-1][0] == solved.displacement

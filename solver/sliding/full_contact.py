@@ -9,31 +9,31 @@ from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.compiled_contact import (
     CompiledContact,
     answer_violations,
-    beyond_window,
     compiled_contact,
-    corrected_for_rounding,
+    contact_value,
+    correct_rounding,
+    dropped_nodes,
     following,
-    left_behind,
-    state_of,
-    within_reach,
+    has_node_beyond_window,
+    nodes_in_reach,
 )
 from nanoslip.solver.contact.kernels.path import follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop, total_shear
-from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import make_pin, surface_from_pin
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED
-from nanoslip.solver.sliding.record import extended, presliding_length
+from nanoslip.solver.sliding.record import extend_record, presliding_length
 from nanoslip.solver.sliding.way import (
     Run,
     SlippedNodes,
     Way,
-    first_of,
+    allocate_events,
     first_room,
-    grown,
+    grow_events,
     initial_limit,
-    record_of,
+    make_record_view,
 )
 
 RESUMABLE = 10_000
@@ -52,7 +52,7 @@ def slide_full_contact(case: Case, start: ContactState, compliance: Compliance, 
 
     Without the effect `coupling` shear and pressure do not act on each other.
     """
-    compliance = compliance if case.effects.coupling else compliance.uncoupled()
+    compliance = compliance if case.effects.coupling else compliance.decouple()
     found = _slide(case, start, compliance, way, whole=False)
     if found is None:
         found = _slide(case, start, compliance, way, whole=True)
@@ -62,7 +62,7 @@ def slide_full_contact(case: Case, start: ContactState, compliance: Compliance, 
 
 def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, whole: bool) -> Run | None:
     """The run within windows, or on the whole surface; None if a node beyond a window proves to lie inside the pin."""
-    compiled = compiled_at(case, compliance, start, whole, way)
+    compiled = compile_state(case, compliance, start, whole, way)
     initial_stiffness = way.stiffness(total_shear(compiled.state.contact, compiled.state.rate))
     presliding = presliding_length(initial_limit(case, start, compliance), initial_stiffness)
     most, end_at = case.max_events or MOST_EVENTS, way.end(case, presliding)
@@ -71,24 +71,24 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
     slipped = SlippedNodes(start.first_node, np.zeros(case.slab.nodes, np.int64))
     while True:
         stop = min(len(events.displacement), most, (held // piece + 1) * piece)
-        room, before, first, window = first_of(events, stop), held, compiled.first_node, compiled.window
+        room, before, first, window = allocate_events(events, stop), held, compiled.first_node, compiled.window
         slips = np.zeros(len(window), np.int64)
         status, held = follow_path(compiled.state, compiled.constants, room, slips, held, end_at)
-        slipped.of_grid(first, case.slab.nodes)[window] += slips
+        slipped.grid_slips(first, case.slab.nodes)[window] += slips
         # Kernels count nodes from the first of the window.
         events.node[before:held] = first + window[events.node[before:held]]
-        beyond = extended(case, presliding, held) if math.isnan(way.until) else end_at
-        # A record with few enough events goes on (`extended`): how many there are is known only at its first end.
+        beyond = extend_record(case, presliding, held) if math.isnan(way.until) else end_at
+        # A record with few enough events goes on (`extend_record`): how many there are is known only at its first end.
         if status == Stop.DONE and end_at < beyond:
             end_at = beyond
             continue
         if status not in GOING_ON or (status == Stop.FULL and held == most):
             break
         if held == len(events.displacement):
-            events = grown(events)
+            events = grow_events(events)
         windows += status == Stop.WINDOW_TOO_NARROW
         short = bool(case.heterogeneity.roughness) and windows > AT_FIRST + held % piece / LASTING
-        going_on, status = continued(compiled, status, whole, whole or short, anew=held % piece == 0)
+        going_on, status = continue_contact(compiled, status, whole, whole or short, anew=held % piece == 0)
         if going_on is None:
             return None
         if going_on is not compiled:
@@ -96,14 +96,14 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
         compiled, windows = going_on, windows if held % piece else 0
         if status != Stop.DONE:
             break
-    end = state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
-    if beyond_window(compiled, end):
+    end = contact_value(compiled, OUTCOME_OF_STOP[correct_rounding(compiled, status)])
+    if has_node_beyond_window(compiled, end):
         return None
     load_work += compiled.state.scalars["load_work"]
-    return record_of(case, start, compliance, initial_stiffness, events, slipped, held, end, load_work)
+    return make_record_view(case, start, compliance, initial_stiffness, events, slipped, held, end, load_work)
 
 
-def continued(
+def continue_contact(
     compiled: CompiledContact, status: Stop, whole: bool, widest: bool, anew: bool
 ) -> tuple[CompiledContact | None, Stop]:
     """A compiled contact to go on with after `status`, one of GOING_ON, and DONE or why it cannot go on.
@@ -118,39 +118,39 @@ def continued(
             return None, status
         compiled, status = followed, answer_violations(followed)
     else:
-        status = corrected_for_rounding(compiled, Stop.DONE)
+        status = correct_rounding(compiled, Stop.DONE)
     if anew and status == Stop.DONE:
-        status = corrected_for_rounding(compiled, status)
+        status = correct_rounding(compiled, status)
         followed = _set_up_again(compiled, whole)
     return followed, status
 
 
 def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | None:
     """The contact set up from its own state; None if a node beyond the window lies inside the pin."""
-    state = state_of(compiled, COMPLETED)
-    if beyond_window(compiled, state):
+    state = contact_value(compiled, COMPLETED)
+    if has_node_beyond_window(compiled, state):
         return None
     scalars, load = compiled.state.scalars, float(-compiled.state.inputs[-1])
     way = Way(load, Direction(*(scalars[name] for name in Direction._fields)))
     compiled.give_up()
-    return compiled_at(compiled.case, compiled.compliance, state, whole, way)
+    return compile_state(compiled.case, compiled.compliance, state, whole, way)
 
 
-def compiled_at(
+def compile_state(
     case: Case, compliance: Compliance, state: ContactState, whole: bool, way: Way | None = None
 ) -> CompiledContact:
     """A compiled contact in this state; on a surface without ends with a grid that has gone on where the contact has."""
     load, direction, _ = way or Way(case.normal_load)
     followed = _followed(case, state, whole)
-    if nodes := left_behind(case, followed, state.contact, direction.pin_rate):
+    if nodes := dropped_nodes(case, followed, state.contact, direction.pin_rate):
         state = following(case, compliance, state, nodes)
         followed = _followed(case, state, whole)
     contact, u, displacement, first = state.contact, state.u, state.displacement, state.first_node
-    height = pin_of(case).height(np.where(contact, surface_from_pin(case, first) + u - displacement, 0.0))
+    height = make_pin(case).height(np.where(contact, surface_from_pin(case, first) + u - displacement, 0.0))
     place = (displacement, first, load, direction)
     return compiled_contact(case, compliance, contact, u, height, followed, *place, slides=True)
 
 
 def _followed(case: Case, state: ContactState, whole: bool) -> NDArray[np.bool_]:
     where = (state.u, state.w + state.approach, state.displacement, state.first_node)
-    return np.ones_like(state.contact) if whole else within_reach(case, state.contact, *where)
+    return np.ones_like(state.contact) if whole else nodes_in_reach(case, state.contact, *where)

@@ -20,9 +20,9 @@ from nanoslip.solver.parameter import as_field, quantities, require
 from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import followed
-from nanoslip.solver.sliding.validity import DOUBTFUL, contact_flags, mask_of, record_flags
+from nanoslip.solver.sliding.validity import DOUBTFUL, contact_flags, encode_flags, record_flags
 from nanoslip.solver.sliding.way import Run, Way
-from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, labelled
 
 
 def _as_turn(name: str) -> Any:
@@ -83,16 +83,16 @@ class Path(Viewed):
 
     def curve(self) -> tuple[Vector, Vector]:
         """δ_p and friction force along all legs."""
-        line = line_of(self)
+        line = path_line(self)
         return line.displacement, line.force
 
     def _facts(self) -> Iterator[str]:
         yield f"{len(self.legs)} legs"
         yield f"{sum(len(leg.displacement) for leg in self.legs)} events"
-        yield in_words(self.outcome)
+        yield describe_outcome(self.outcome)
 
     def _labelled(self) -> Iterator[Labelled]:
-        return itertools.chain(labelled(loops_of(self)), labelled(turns_of(self)), labelled(line_of(self)))
+        return itertools.chain(labelled(loops_of(self)), labelled(leg_numbers(self)), labelled(path_line(self)))
 
     def _factors(self) -> dict[str, float]:
         return {"normal_load": 1.0 / self.normal_load}
@@ -120,7 +120,7 @@ def follow(case: Case, compliance: Compliance, seen: Callable[[ContactState], No
     )
     # A run that ends where it starts: it has the stiffness.
     before = followed(alone, compliance, start, Way(case.normal_load, until=start.displacement)).record
-    end, outcome, flags = start, before.outcome, mask_of(contact_flags(case, start))
+    end, outcome, flags = start, before.outcome, encode_flags(contact_flags(case, start))
     points = case.path.points(case.normal_load, before.presliding_length) if outcome.ok else ()
     if outcome.ok:
         seen(start)
@@ -143,18 +143,18 @@ def _followed(
     """Each leg, the contact where it ends, and the validity flags raised on its way."""
     state, load, ahead = start, case.normal_load, 1
     for point in points:
-        way = way_to(state, load, ahead, point)
+        way = straight_way(state, load, ahead, point)
         if way is None:
             continue
         # Tolerances are shares of the load: of the larger one along a leg.
         scaled = replace(case, normal_load=max(load, point[1]))
         run = followed(scaled, compliance, state, way)
-        flags = mask_of(record_flags(scaled, start, run.record, run.end))
+        flags = encode_flags(record_flags(scaled, start, run.record, run.end))
         yield _leg(run, state, way, point[1], case.normal_load), run.end, flags
         state, load, ahead = run.end, point[1], way.direction.ahead
 
 
-def way_to(state: ContactState, load: float, ahead: int, point: Point) -> Way | None:
+def straight_way(state: ContactState, load: float, ahead: int, point: Point) -> Way | None:
     """The straight way to a point from a contact under this load; None if it is there. ahead: as the pin last moved."""
     moved, raised = point[0] - state.displacement, point[1] - load
     if moved:
@@ -229,7 +229,7 @@ def _apart(leg: Leg, then: Leg) -> float:
     return float(np.abs(one.force(places) - other.force(places)).max())
 
 
-def turns_of(path: Path) -> Turns:
+def leg_numbers(path: Path) -> Turns:
     """The numbers of all legs of a path."""
     legs = path.legs
     return Turns(
@@ -247,7 +247,7 @@ def turns_of(path: Path) -> Turns:
     )
 
 
-def line_of(path: Path) -> PathLine:
+def path_line(path: Path) -> PathLine:
     """Friction force and load over displacement along all legs of a path."""
     curves = [leg.curve() for leg in path.legs] or [(np.empty(0), np.empty(0))]
     loads = [_loads(leg) for leg in path.legs] or [np.empty(0)]

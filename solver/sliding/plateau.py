@@ -16,7 +16,7 @@ from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.record import RUN_IN, SPACINGS, FrictionRecord, require_record
-from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, labelled
 
 FEWEST_EVENTS: Final = 8
 """Fewest events of a steady part: fewer do not determine the mean of a sawtooth."""
@@ -81,7 +81,7 @@ class Plateau(Viewed):
             yield f"F/W {self.mean:.4g}"
             yield f"δ_p/L_x {self.start:.4g} to {self.end:.4g}"
             yield f"{self.spacings:.4g} node spacings"
-        yield in_words(self.outcome)
+        yield describe_outcome(self.outcome)
 
     def _labelled(self) -> Iterator[Labelled]:
         return labelled(self, self.PREFIX)
@@ -182,16 +182,16 @@ def shared_error(plateaus: Sequence[Plateau]) -> float:
     Drift from half to half that chance does not explain (two-way analysis of variance: Searle et al., Variance Components, 1992).
     NaN of one start.
     """
-    return _shared_by_drift([each.drift for each in plateaus])
+    return drift_error([each.drift for each in plateaus])
 
 
-def shared_by_events(plateaus: Sequence[Plateau]) -> float:
+def event_drift_error(plateaus: Sequence[Plateau]) -> float:
     """The part of the ± of a mean over events that all its starts share, over that mean, by the drift of their number.
 
     NaN (unknown) if records are shorter than two node spacings: half of the events come in a tenth of a spacing, so that starts
     with short records miss them together. With constant pressures records have no spacings, and each is its start's own.
     """
-    return _shared_by_drift([each.event_drift for each in plateaus]) if all(map(repeats, plateaus)) else math.nan
+    return drift_error([each.event_drift for each in plateaus]) if all(map(repeats, plateaus)) else math.nan
 
 
 def repeats(plateau: Plateau) -> bool:
@@ -209,7 +209,7 @@ def shared_by_length(growth: Sequence[float]) -> float:
     return float(student(2)) * abs(float(np.mean(growth))) if len(growth) > 1 else math.nan
 
 
-def _shared_by_drift(drifts: Sequence[float]) -> float:
+def drift_error(drifts: Sequence[float]) -> float:
     """Error of a mean by what all starts share of its change from half to half; NaN of one start."""
     if len(drifts) < 2:
         return math.nan

@@ -52,7 +52,7 @@ def sorted_sizes(sizes: Floats | NDArray[np.int64], discrete: bool) -> SizeSampl
     return SizeSample(np.sort(values[np.isfinite(values) & (values > 0.0)]), discrete)
 
 
-def fitted_power_law(sizes: SizeSample) -> PowerLaw | None:
+def find_power_law(sizes: SizeSample) -> PowerLaw | None:
     """The power law whose cut-off brings it nearest to the sizes; None of fewer than LEAST_TAIL, or of equal ones."""
     firsts = _candidates(sizes.values)
     if not len(firsts):
@@ -174,7 +174,7 @@ def goodness_of_fit(sizes: SizeSample, law: PowerLaw, draws: int = DRAWS) -> flo
     rng = np.random.default_rng([len(sizes.values), draws])
     further = 0
     for _ in range(draws):
-        drawn = fitted_power_law(_drawn(sizes, law, rng))
+        drawn = find_power_law(_drawn(sizes, law, rng))
         # From a fit of its own, cut-off included, as the sizes' law is: what it was drawn from is farther.
         further += drawn is not None and drawn.distance >= law.distance
     return further / draws

@@ -14,7 +14,7 @@ from nanoslip.solver.contact.kernels.state import EventKind
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import ENERGY, OVER_LOAD, Quantity, quantities, quantity, require
 from nanoslip.solver.slab import surface_y
-from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, labelled
 
 EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)
 """Triggers of an event: ("slip", "release", "touch"); `FrictionRecord.kind` holds the position in this tuple."""
@@ -154,7 +154,7 @@ class FrictionRecord(Viewed):
         yield f"{len(self.displacement)} events"
         yield f"δ_p/L_x to {self.final_displacement:.4g}"
         yield f"F/W {self.final_force * self._factors()['normal_load']:.4g} there"
-        yield in_words(self.outcome)
+        yield describe_outcome(self.outcome)
 
     def _labelled(self) -> Iterator[Labelled]:
         yield from labelled(self)
@@ -218,7 +218,7 @@ SPACINGS: Final = 2
 """Node spacings to which a record goes on: the surface pattern repeats, so two show how much each start still matters."""
 
 
-def extended(case: Case, presliding: float, events: int | float) -> float:
+def extend_record(case: Case, presliding: float, events: int | float) -> float:
     """Displacement δ_p in L_x at which a record with this number of events ends by its limits of length.
 
     Two presliding lengths more than SPACINGS: run-in, and the last event before the end.

@@ -188,7 +188,7 @@ def size_distribution(*members: Values, discrete: bool, draws: int = power_law.D
     goodness of fit, which is NaN for 0.
     """
     each, sample = _together(members, discrete)
-    count, law = len(sample.values), power_law.fitted_power_law(sample)
+    count, law = len(sample.values), power_law.find_power_law(sample)
     mean = float(sample.values.mean()) if count else math.nan
     largest = float(sample.values[-1]) if count else math.nan
     if law is None:
@@ -213,7 +213,7 @@ def exponent_over_members(members: Sequence[Floats], fitted: float, discrete: bo
     # The cut-off is looked for without each member anew, as its choice is a part of the error: with that of all members as given
     # ± held in 57 to 69 of 100 ensembles of 2 to 16 members, so in 67 to 84.
     rest = (np.concatenate([np.empty(0), *members[:left], *members[left + 1 :]]) for left in range(len(members)))
-    laws = [power_law.fitted_power_law(power_law.sorted_sizes(sizes, discrete)) for sizes in rest]
+    laws = [power_law.find_power_law(power_law.sorted_sizes(sizes, discrete)) for sizes in rest]
     error = jackknife([power_law.exponent_in_range(law.exponent) if law else math.nan for law in laws])
     return exponent, error, len(members)
 
@@ -236,7 +236,7 @@ _NUMBERS: Final = ("exponent", "exponent_uncertainty", "exponent_members", "cuto
 """Fields of a SizeDistribution that a result holds."""
 
 
-def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
+def size_fields(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
     """The fields of one size: name, type, declaration."""
     of, reference = f"of {meaning}", f"; {_REFERENCE[size]}" if size in _REFERENCE else ""
     exponent = (
@@ -274,7 +274,7 @@ EventDistributions: Any = make_dataclass(
     "EventDistributions",
     [
         *_declared("sized_events", "events whose sizes are distributed", _POOLED),
-        *(each for size, meaning in SIZES.items() for each in _of_size(size, meaning)),
+        *(each for size, meaning in SIZES.items() for each in size_fields(size, meaning)),
         *(each for name, stated in _ALONE.items() for each in _declared(name, *stated, ensemble=True)),
     ],
     frozen=True,

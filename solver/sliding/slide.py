@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from nanoslip.solver.case import Case, Interface
-from nanoslip.solver.contact.initial import diagnosed, initial_contact
+from nanoslip.solver.contact.initial import diagnose_state, initial_contact
 from nanoslip.solver.contact.kernels.path import empty_events
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
@@ -17,7 +17,7 @@ from nanoslip.solver.sliding.coulomb_friction import slide_with_coulomb_friction
 from nanoslip.solver.sliding.full_contact import slide_full_contact
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.validity import lawfulness
-from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, record_of
+from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, make_record_view
 
 
 def slide(case: Case, compliance: Compliance, start: ContactState | None = None) -> FrictionRecord:
@@ -47,9 +47,9 @@ def followed(case: Case, compliance: Compliance, start: ContactState | None = No
         run = _method(case)(case, start, compliance, way or Way(case.normal_load))
     except (SingularOperator, TooFarApart) as error:
         run = _no_record(case, start, compliance, replace(start, outcome=error.outcome))
-    end = diagnosed(case, compliance, run.end)
+    end = diagnose_state(case, compliance, run.end)
     if end.outcome.ok and not (found := lawfulness(case, start, run.record, end, run.load_work)).ok:
-        end = diagnosed(case, compliance, replace(end, outcome=found))
+        end = diagnose_state(case, compliance, replace(end, outcome=found))
     record = run.record
     record = record if end.outcome is record.outcome else replace(record, outcome=end.outcome)
     return run._replace(record=record, end=end)
@@ -58,7 +58,7 @@ def followed(case: Case, compliance: Compliance, start: ContactState | None = No
 def _no_record(case: Case, start: ContactState, compliance: Compliance, end: ContactState) -> Run:
     """The record of a run without events."""
     slipped = SlippedNodes(start.first_node, np.zeros(case.slab.nodes, np.int64))
-    return record_of(case, start, compliance, math.nan, empty_events(0), slipped, 0, end)
+    return make_record_view(case, start, compliance, math.nan, empty_events(0), slipped, 0, end)
 
 
 def _method(case: Case) -> Callable[[Case, ContactState, Compliance, Way], Run]:

@@ -47,11 +47,11 @@ def shares(case: Case, compliance: Compliance) -> Floats:
         return np.ones(len(drawn))
     else:
         compressed = compressions(drawn)
-        loads = compressed if case.interface.loads == "exponential" else _carried(case, compliance, compressed)
+        loads = compressed if case.interface.loads == "exponential" else relative_loads(case, compliance, compressed)
     return np.asarray(loads / loads.mean())
 
 
-def _carried(case: Case, compliance: Compliance, compressed: Floats) -> Floats:
+def relative_loads(case: Case, compliance: Compliance, compressed: Floats) -> Floats:
     """Relative forces (N,) on contacts pressed to multiples of one depth, over their mean; the depth follows from them."""
     alone = replace(contact_of(case, 0), effects=Effects(friction=False), slip_rule=SlipRule())
     loads = case.normal_load * 2.0 ** np.arange(-20.0, 8.0)

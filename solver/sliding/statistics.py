@@ -92,7 +92,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
     events = len(record.displacement)
     slips, releases, touches = np.bincount(record.kind, minlength=len(EVENT_KINDS)).tolist()
     per_event = 1.0 / events if events else float("nan")
-    period = cycle_of(record)
+    period = repeat_length(record)
     fallen = drops(record.force_before / record.normal_load, record.force_after / record.normal_load)
     return EventStatistics(
         surface_stiffness=record.initial_stiffness,
@@ -117,7 +117,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
     )
 
 
-def shared_by_nodes(stiffness: Floats, step: float) -> float:
+def node_error(stiffness: Floats, step: float) -> float:
     """Part of the ± of a mean K that its starts do not show: with it, ± is at least the ± of one start with one node more."""
     count = len(stiffness)
     if count < 2:
@@ -127,7 +127,7 @@ def shared_by_nodes(stiffness: Floats, step: float) -> float:
     return float(student(count)) * math.sqrt(max((step / count) ** 2 - scatter, 0.0))
 
 
-def cycle_of(record: FrictionRecord) -> int:
+def repeat_length(record: FrictionRecord) -> int:
     """Number of events after which the end of a record repeats itself; 0 where it does not.
 
     A cycle is seen at least three times over: the same nodes in turn, the same forces to a thousandth of its largest drop.

@@ -1,6 +1,6 @@
 """Validity flags, with advice, of contacts that obey all laws and still mean little for a pin on a slab; and checks of records.
 
-`expected_flags` estimates flags from Hertz's contact before a run; `contact_flags` and `record_flags` evaluate results. A flag
+`predict_flags` estimates flags from Hertz's contact before a run; `contact_flags` and `record_flags` evaluate results. A flag
 changes no outcome. Hertz's half-width neglects the slab's ends and bottom: it is 6 % too large at a/L_x = 1/3 and 14 % at 1/2 on
 a slab as tall as wide, 22 and 30 % on one a quarter as tall (films have their own). Friction also drags the contact back, so
 flags of the ends come early for initial contact and late for long records.
@@ -16,11 +16,11 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import Case, Image, image_of
+from nanoslip.solver.case import Case, Image, make_image
 from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.limit import area_within, contact_limit, limit_over_pressure
-from nanoslip.solver.contact.pin import expected_half_width, pin_of, roughness_slopes, surface_from_pin
+from nanoslip.solver.contact.pin import estimate_half_width, make_pin, roughness_slopes, surface_from_pin
 from nanoslip.solver.contact.soundness import DOWNHILL, STEEP_PIN, energy_created, steepest_across
 from nanoslip.solver.contact.state import ContactState, contact_width
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
@@ -166,12 +166,12 @@ class Validity:
 
 def contact_validity(case: Case, start: ContactState) -> Validity:
     """Validity of initial contact alone."""
-    return Validity(mask_of(contact_flags(case, start)), contact_half_width(start))
+    return Validity(encode_flags(contact_flags(case, start)), contact_half_width(start))
 
 
 def record_validity(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Validity:
     """Validity of a friction record from `start` to `end`."""
-    return Validity(mask_of(record_flags(case, start, record, end)), contact_half_width(start))
+    return Validity(encode_flags(record_flags(case, start, record, end)), contact_half_width(start))
 
 
 class _Seen(NamedTuple):
@@ -189,12 +189,12 @@ class _Seen(NamedTuple):
     """Distance that the pin moved, in L_x."""
 
 
-def expected_flags(case: Case, displacement: float = 0.0) -> Flags:
+def predict_flags(case: Case, displacement: float = 0.0) -> Flags:
     """The flags to be expected of a case, from Hertz's half-width (a film's, a flat punch's own), without computing anything.
 
     displacement: δ_p that its record is expected to reach, in L_x; 0 is initial contact alone. A guess: see above.
     """
-    half_width = min(guessed_half_width(case), 0.5)
+    half_width = min(guess_half_width(case), 0.5)
     rounding = 0.499 if case.pin == "flat_punch" else 1e-9
     most = min(2 * math.floor(half_width / case.slab.spacing + rounding) + 1, case.slab.n_x)
     if case.slab.scheme.planar:
@@ -229,7 +229,7 @@ def contact_flags(case: Case, state: ContactState) -> Flags:
     size = int(state.contact.sum())
     margin = _margin(case, state.contact.nonzero()[0])
     seen = _Seen(size, size, contact_half_width(state), margin, 0.0)
-    return _judged(case, seen, guessed_half_width(case))
+    return _judged(case, seen, guess_half_width(case))
 
 
 def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Flags:
@@ -250,13 +250,13 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
     same = not (record.touches.any() or record.releases.any()) and record.spacing < math.inf
     short = same and RUN_IN < record.presliding_lengths < math.inf
-    doubts = _judged(case, seen, guessed_half_width(case))
+    doubts = _judged(case, seen, guess_half_width(case))
     return doubts or (Flag.short_record,) * short  # the others doubt more than its length
 
 
-def guessed_half_width(case: Case) -> float:
+def guess_half_width(case: Case) -> float:
     """Half-width of the contact before anything is computed: Hertz's, narrower on a film, a punch's own."""
-    slab, expected = case.slab, expected_half_width(case)
+    slab, expected = case.slab, estimate_half_width(case)
     if case.pin == "flat_punch" or slab.scheme.bottomless:
         return expected
     film = film_radius if slab.scheme.planar else film_half_width
@@ -270,7 +270,7 @@ def least_plateau(case: Case) -> float:
 
 def sliding_friction(case: Case) -> float:
     """F/W of steady sliding if slips drop no stress: μ_i, and with a strength τ_0·area/W more, by the area that is guessed."""
-    area = area_within(case, min(guessed_half_width(case), 0.5))
+    area = area_within(case, min(guess_half_width(case), 0.5))
     return contact_limit(case, area) / case.normal_load
 
 
@@ -278,11 +278,11 @@ def may_create_energy(case: Case) -> bool:
     """True if the slope at the contact's edge is expected above the mean shear of a slip over its pressure (see `DOWNHILL`)."""
     if case.pin != "parabola" or not (case.effects.pin_translation and case.effects.friction):
         return False
-    slope = min(guessed_half_width(case), 0.5) / case.radius
+    slope = min(guess_half_width(case), 0.5) / case.radius
     return case.slip_rule.residual_shear < 1.0 and 0.0 < least_plateau(case) < slope <= STEEPEST
 
 
-def nodes_for(image: Image) -> int | None:
+def resolving_nodes(image: Image) -> int | None:
     """The smallest n_x = 2^N + 1 of which nodes see enough of a roughness' slope; None if none up to 2^20 + 1 does."""
     for power in range(2, 21):
         slope, missed = roughness_slopes(image, 0.5**power)
@@ -296,12 +296,12 @@ def contact_half_width(state: ContactState) -> float:
     return contact_width(state) / 2.0 if state.outcome.ok else math.nan
 
 
-def mask_of(flags: Flags) -> int:
+def encode_flags(flags: Flags) -> int:
     """The flags as bits of one number."""
     return sum([flag.mask for flag in flags])
 
 
-def flags_in(mask: int) -> Flags:
+def decode_flags(mask: int) -> Flags:
     """The flags that are bits of a number."""
     return tuple(flag for flag in FLAGS if mask & flag.mask)
 
@@ -321,7 +321,7 @@ def _margin(case: Case, nodes: NDArray[Any]) -> float:
 
 def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
     """expected: half-width of the contact, before anything is computed."""
-    image = image_of(case.heterogeneity.roughness)
+    image = make_image(case.heterogeneity.roughness)
     slope, missed = roughness_slopes(image, case.slab.spacing)
     narrowest = min(seen.half_width, expected)  # few nodes make a narrow contact seem wide
     several = FEWEST_NODES / 2 * case.slab.spacing  # of fewer nodes the one flag says enough
@@ -367,7 +367,7 @@ def lawfulness(
         return COMPLETED
     limit = limit_over_pressure(case, end.pressure, end.first_node)
     mean_shear = 0.5 * (1.0 + case.slip_rule.residual_shear) * limit
-    steep = (np.abs(pin_of(case).slope(xi)) > mean_shear)[end.contact].any()
+    steep = (np.abs(make_pin(case).slope(xi)) > mean_shear)[end.contact].any()
     return DOWNHILL if steep else energy_created(case)
 
 

@@ -56,7 +56,7 @@ class SlippedNodes:
     first: int
     slips: NDArray[np.int64]
 
-    def of_grid(self, first: int, nodes: int) -> NDArray[np.int64]:
+    def grid_slips(self, first: int, nodes: int) -> NDArray[np.int64]:
         """Slip counts of a grid whose first node is `first`, (nodes,), to be added to."""
         left, right = max(self.first - first, 0), max(first + nodes - self.first - len(self.slips), 0)
         if left or right:
@@ -70,12 +70,12 @@ def first_room(most: int) -> Events:
     return empty_events(min(most, FIRST_CAPACITY))
 
 
-def first_of(events: Events, count: int) -> Events:
+def allocate_events(events: Events, count: int) -> Events:
     """Room for the first `count` events."""
     return events if count == len(events.load) else Events._make([column[:count] for column in events])
 
 
-def grown(events: Events) -> Events:
+def grow_events(events: Events) -> Events:
     """Copy events into arrays with room for twice as many."""
     grown = empty_events(2 * len(events.displacement))
     for name in events._fields:
@@ -89,7 +89,7 @@ def initial_limit(case: Case, start: ContactState, compliance: Compliance) -> fl
     return contact_limit(case, contact_area(start.contact, compliance.widths))
 
 
-def record_of(
+def make_record_view(
     case: Case,
     start: ContactState,
     compliance: Compliance,

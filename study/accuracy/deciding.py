@@ -17,7 +17,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.ensemble import FEWEST, Ensemble
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.parameter import Quantity
-from nanoslip.solver.sliding.validity import expected_flags, sliding_friction
+from nanoslip.solver.sliding.validity import predict_flags, sliding_friction
 from nanoslip.solver.view import with_error
 from nanoslip.study.accuracy.effects import Done, compute_tasks, scalar_key, scene_tasks
 from nanoslip.study.dataset.variables import DRIVE, alike_starts, by_name, factors, mean_in_dataset
@@ -25,7 +25,7 @@ from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.parameters import as_written, compact, make_case
 from nanoslip.study.plan.cost import estimate
-from nanoslip.study.plan.kinds import KINDS, names_of, quantities_of
+from nanoslip.study.plan.kinds import KINDS, result_quantities, uncertain_names
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.progress import roughly
@@ -102,7 +102,7 @@ def deciding(
     drive: the one that a number of a drive is of; None for the first.
     """
     assert case.case is not None
-    if drive is None and variable in names_of(KINDS[DRIVE]):
+    if drive is None and variable in uncertain_names(KINDS[DRIVE]):
         drive = next(each.drive for each in manifest.drives if each.drive)
     search = _Search(manifest, case, variable, most, drive, Store(out / FOLDER) if out else None, announce)
     coarser = search.best(FACTORS["coarser"])  # the cheap one tells what the other takes
@@ -117,7 +117,7 @@ def deciding(
 
 def numbers_of_tasks() -> frozenset[str]:
     """Numbers that can be computed on another node spacing."""
-    return frozenset().union(*(names_of(KINDS[kind]) for kind in ("contact", "record", "path", DRIVE)))
+    return frozenset().union(*(uncertain_names(KINDS[kind]) for kind in ("contact", "record", "path", DRIVE)))
 
 
 @dataclass
@@ -154,7 +154,7 @@ class _Search:
         assert self.case.case is not None
         with suppress(InvalidInput):
             other = make_case({**given, "n_x": nodes})
-            doubts = {*expected_flags(other)} - {*expected_flags(self.case.case)}
+            doubts = {*predict_flags(other)} - {*predict_flags(self.case.case)}
             return other if nodes != self._spaces + 1 and not doubts else None
         return None
 
@@ -166,7 +166,7 @@ class _Search:
     def _computed(self, other: Case) -> Spacing:
         found = Spacing(self._spaces / (other.slab.n_x - 1), other.slab.n_x)
         tasks = self._affordable_tasks(other)
-        last = next(task for _, task in reversed(tasks) if self.variable in names_of(KINDS[task.kind]))
+        last = next(task for _, task in reversed(tasks) if self.variable in uncertain_names(KINDS[task.kind]))
         wanted = [task for _, task in tasks if task is last or task.kind == "record"]
         results = [result for task in wanted if self.kept and (result := self.kept.find(task.key))]
         if len(results) < len(wanted):
@@ -197,7 +197,7 @@ class _Search:
         """With the mean and its ± as a dataset would have them. results: of the record, if any, and last of the number's task."""
         each = [{name: np.array([values], float) for name, values in one.scalars.items()} for one in results]
         result, scalars = results[-1], each[-1]
-        number = quantities_of(KINDS[result.kind])[key := scalar_key(self.variable, result)]
+        number = result_quantities(KINDS[result.kind])[key := scalar_key(self.variable, result)]
         if key not in scalars:
             return replace(found, ending=result.outcome.ending.value)
         known, unit = mean_in_dataset(scalars, key, number), self._unit(number)

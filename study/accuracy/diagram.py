@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.shared import column, image, series_styles
-from nanoslip.study.manifest.parameters import Value, words_of
+from nanoslip.study.manifest.parameters import Value, table_words
 from nanoslip.study.measured.columns import rows_as_csv
 from nanoslip.study.report.console import Table
 
@@ -74,7 +74,7 @@ FRONT_MARK = "*"
 
 def as_table(diagram: Diagram) -> Table:
     """All rows of a diagram, a value and its uncertainty in one cell; the rows on the front are marked."""
-    keys = words_of("numerics")  # stay as they are written
+    keys = table_words("numerics")  # stay as they are written
     header = [name if name in keys else name.replace("_", " ") for name in diagram.shown]
     rows = (
         (*(_cell(row[name], row.get(f"{name}_uncertainty")) for name in diagram.shown), FRONT_MARK if marked else "")

@@ -89,7 +89,7 @@ class Influence:
         return math.hypot(*(each.uncertainty for each in self.changes)) / len(self.changes)
 
 
-def scenes_of(manifest: Manifest, cases: Sequence[CampaignCase], count: int, members: int | None = None) -> Scenes:
+def select_scenes(manifest: Manifest, cases: Sequence[CampaignCase], count: int, members: int | None = None) -> Scenes:
     """Select `count` of these cases, evenly spread from the first to the last, and as many of their campaign's drives.
 
     members: None for those of the campaign, at most USUAL_MEMBERS; USUAL_MEMBERS where it has one alone. Raises ManifestError.
@@ -226,7 +226,7 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[d
         compute_tasks(tasks, done)
     found = dict[Place, TaskResult]()
     for label, task in tasks:
-        names = kinds.names_of(kinds.KINDS[task.kind])
+        names = kinds.uncertain_names(kinds.KINDS[task.kind])
         found |= {(variable, label): done[task.key][0] for variable in scenes.variables if variable in names}
     return found, sum(done[task.key][1] for _, task in tasks if task.kind != "compliance")
 
@@ -235,14 +235,14 @@ def compute_tasks(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
     """Add the results of tasks, needed ones first, and their core seconds to those that are done."""
     for _, task in tasks:
         if task.key not in done:
-            done[task.key] = timed(partial(run_task, task, {key: done[key][0] for key in task.needs}))
+            done[task.key] = measure_time(partial(run_task, task, {key: done[key][0] for key in task.needs}))
             for array in done[task.key][0].arrays.values():
                 array.setflags(write=False)  # as a store gives it: kernels are compiled for that
 
 
 def scalar_key(variable: str, result: TaskResult) -> str:
     """Name in a result of the scalar that is a variable of the dataset."""
-    return next(key for key, each in kinds.quantities_of(kinds.KINDS[result.kind]).items() if each.name == variable)
+    return next(key for key, each in kinds.result_quantities(kinds.KINDS[result.kind]).items() if each.name == variable)
 
 
 def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -> Change:
@@ -273,7 +273,7 @@ def _means(
 T = TypeVar("T")
 
 
-def timed(run: Callable[[], T], repeats: int = 1) -> tuple[T, float]:
+def measure_time(run: Callable[[], T], repeats: int = 1) -> tuple[T, float]:
     """Result of `run`, and the shortest of its processor times in s."""
     shortest = float("inf")
     for _ in range(repeats):

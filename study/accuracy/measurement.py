@@ -23,7 +23,7 @@ from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.statistics import event_statistics
 from nanoslip.study.accuracy.diagram import FRONT_MARK, Diagram, Row, diagram_csv, draw_fronts
-from nanoslip.study.accuracy.effects import timed
+from nanoslip.study.accuracy.effects import measure_time
 from nanoslip.study.accuracy.operators import measure_elastic_operator
 from nanoslip.study.accuracy.records import measure_records
 from nanoslip.study.accuracy.setup import Effort, Setup, least_of, on
@@ -60,8 +60,8 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
         reached = slide(case, surface_compliance(case.slab)).final_displacement
         case = replace(case, max_events=None, max_displacement=reached)
     rows: list[Row] = []
-    for knob, cases in _turned(case, effort).items():
-        readings = [(value, *_over_starts(each, setup, effort)) for value, each in cases]
+    for knob, cases in knob_cases(case, effort).items():
+        readings = [(value, *measure_starts(each, setup, effort)) for value, each in cases]
         rows += [_row(knob, value, seconds, reading, readings[-1][2]) for value, seconds, reading in readings]
     plateau, others = ("plateau", "plateau_difference", "plateau_distance"), ("static", "static_distance", "kinetic")
     return Diagram(
@@ -75,24 +75,27 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
     )
 
 
-def _over_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Reading]:
+def measure_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Reading]:
     """Processor time of the first start's record, and the means of what is read off all of them."""
     ensemble, compliance = Ensemble(effort.starts), surface_compliance(case.slab)
     first, *others = (ensemble.case(case, number) for number in range(effort.starts))
-    record, seconds = timed(partial(slide, first, compliance), effort.repeats)
-    each = [observables_of(record, setup), *(observables_of(slide(other, compliance), setup) for other in others)]
+    record, seconds = measure_time(partial(slide, first, compliance), effort.repeats)
+    each = [
+        record_observables(record, setup),
+        *(record_observables(slide(other, compliance), setup) for other in others),
+    ]
     means = {name: mean_of(np.array([one[name] for one in each])) for name in OBSERVABLES}
     return seconds, {name: (float(mean.mean), float(mean.uncertainty)) for name, mean in means.items()}
 
 
-def _turned(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
+def knob_cases(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
     """Knob -> its values and their cases, the reference last."""
     sizes = [(float(size), on(case, n_x=size, scheme=case.slab.scheme.name)) for size in effort.record_sizes]
     rules = [replace(case.slip_rule, event_floor=each) for each in sorted(effort.event_floors, reverse=True)]
     return {"n_x": sizes, "event_floor": [(rule.event_floor, replace(case, slip_rule=rule)) for rule in rules]}
 
 
-def observables_of(record: FrictionRecord, setup: Setup) -> dict[str, float]:
+def record_observables(record: FrictionRecord, setup: Setup) -> dict[str, float]:
     """Observables of a record, and of the setup's drive over it; NaN where there is no plateau."""
     values = dict.fromkeys(OBSERVABLES, math.nan) | {"step": event_statistics(record).mean_step}
     plateau = plateau_of(record)
@@ -135,7 +138,7 @@ def measure_integrators(setup: Setup, effort: Effort) -> Diagram:
     def run(integrator: Exact | RK4) -> tuple[DynamicsResult, float]:
         """The drive with another integrator, and its processor time."""
         own = replace(drive, integrator=integrator)
-        return timed(partial(integrate, profile, own, record.initial_stiffness), effort.repeats)
+        return measure_time(partial(integrate, profile, own, record.initial_stiffness), effort.repeats)
 
     truth, seconds = run(Exact())
     rows: list[Row] = [{"integrator": "exact", "step": 0.0, "seconds": seconds, "spring_force": 0.0, "velocity": 0.0}]

@@ -24,8 +24,8 @@ from nanoslip.solver.parameter import choices_of
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.diagram import Diagram, Row
-from nanoslip.study.accuracy.effects import timed
-from nanoslip.study.accuracy.setup import Effort, Setup, contacts, discretization_of, discretized
+from nanoslip.study.accuracy.effects import measure_time
+from nanoslip.study.accuracy.setup import Effort, Setup, change_discretization, contacts, discretization_settings
 from nanoslip.study.manifest.parameters import Value
 
 DISPLACEMENT: Final = 3e-4
@@ -54,7 +54,7 @@ def discretizations(slab: Slab, size: int) -> Iterator[Slab]:
     ways: list[dict[str, Any]] = [{"scheme": "galerkin", **grading} for grading in GRADINGS]
     for way in [*({"scheme": name} for name in names), *ways]:
         with suppress(InvalidInput):  # rows finer than the surface
-            yield discretized(slab, {"n_x": size, **way})
+            yield change_discretization(slab, {"n_x": size, **way})
 
 
 def reference_slab(slab: Slab, size: int) -> Slab:
@@ -62,7 +62,7 @@ def reference_slab(slab: Slab, size: int) -> Slab:
     if slab.scheme.endless:
         return replace(slab, n_x=size)
     coarsest = min(size, REFERENCE["coarsest_row"])
-    return discretized(slab, {"n_x": size, **REFERENCE, "coarsest_row": coarsest})
+    return change_discretization(slab, {"n_x": size, **REFERENCE, "coarsest_row": coarsest})
 
 
 def measure_elastic_operator(setup: Setup, effort: Effort) -> Diagram:
@@ -81,7 +81,7 @@ def measure_elastic_operator(setup: Setup, effort: Effort) -> Diagram:
 def _reference(slab: Slab, effort: Effort, widths: tuple[float, ...]) -> tuple[dict[float, dict[str, float]], float]:
     """Half-width of the contact -> the finest observables, and their largest distance from those of a surface half as fine."""
     sizes = (effort.reference_size, (effort.reference_size + 1) // 2)
-    fine, coarse = (observables_on(surface_compliance(reference_slab(slab, size)), widths) for size in sizes)
+    fine, coarse = (punch_observables(surface_compliance(reference_slab(slab, size)), widths) for size in sizes)
     return fine, max(_worst(relative_errors(coarse[width], fine[width])) for width in widths)
 
 
@@ -90,7 +90,7 @@ def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> 
     return {name: abs(values[name] / truth[name] - 1.0) for name in values}
 
 
-def observables_on(compliance: Compliance, half_widths: Iterable[float]) -> dict[float, dict[str, float]]:
+def punch_observables(compliance: Compliance, half_widths: Iterable[float]) -> dict[float, dict[str, float]]:
     """Half-width of the contact -> observable -> value, dimensionless, at a load of 1e-3 G·L_x·L_y."""
     return {width: {**_energies(compliance, width), **_contact(compliance, width)} for width in half_widths}
 
@@ -187,11 +187,11 @@ def _measured(setup: Setup, slab: Slab, effort: Effort, truth: Mapping[float, Ma
     """Times and errors of a discretization, or nothing where the slab or its contact has no answer in it."""
     case = replace(setup.case, slab=slab, max_events=None, max_displacement=DISPLACEMENT)
     try:
-        compliance, seconds = timed(partial(_computed_anew, slab), effort.repeats)
+        compliance, seconds = measure_time(partial(_computed_anew, slab), effort.repeats)
     except SolverError:
         return
-    values = observables_on(compliance, truth)
-    _, record_seconds = timed(partial(slide, case, compliance), effort.repeats)
+    values = punch_observables(compliance, truth)
+    _, record_seconds = measure_time(partial(slide, case, compliance), effort.repeats)
     errors = [relative_errors(values[width], truth[width]) for width in truth]
     if not any(math.isnan(value) for each in errors for value in each.values()):
         worst = {name: max(each[name] for each in errors) for name in errors[0]}
@@ -213,7 +213,7 @@ def _worst(errors: Mapping[str, float]) -> float:
 
 def _words(slab: Slab, doubt: float) -> str:
     """The reference and its doubt."""
-    grid = ", ".join(f"{name} = {value}" for name, value in discretization_of(slab).items() if value is not None)
+    grid = ", ".join(f"{name} = {value}" for name, value in discretization_settings(slab).items() if value is not None)
     return f"{grid}; one with a surface half as fine differs from it by {doubt:.1e}"
 
 
@@ -221,5 +221,5 @@ def _knobs(slab: Slab) -> dict[str, Value]:
     """Settings that discretize a slab; numbers that its scheme does not have are NaN, words empty."""
     kinds: tuple[Any, ...] = tuple(SCHEMES.values())
     words = {item.name for kind in kinds for item in fields(kind) if choices_of(item.type)}
-    nothing = {name: "" if name in words else math.nan for name in discretization_of(slab)}
-    return {name: nothing[name] if value is None else value for name, value in discretization_of(slab).items()}
+    nothing = {name: "" if name in words else math.nan for name in discretization_settings(slab)}
+    return {name: nothing[name] if value is None else value for name, value in discretization_settings(slab).items()}

@@ -12,15 +12,15 @@ from typing import Final
 import numpy as np
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.pin import expected_half_width
-from nanoslip.solver.effects import in_plane_strain
+from nanoslip.solver.contact.pin import estimate_half_width
+from nanoslip.solver.effects import make_plane_strain
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.diagram import Diagram, Row
-from nanoslip.study.accuracy.effects import timed
+from nanoslip.study.accuracy.effects import measure_time
 from nanoslip.study.accuracy.setup import Effort, Setup
 from nanoslip.study.manifest.manifest import USUAL_MEMBERS
 from nanoslip.study.manifest.parameters import LIMITS
@@ -40,7 +40,7 @@ def plateaus_of_members(case: Case, length: float, members: int) -> Sample:
     most = int(LIMITS["max_events"])
     long = replace(case, max_events=most, max_displacement=None, max_spacings=None, max_presliding=length)
     ensemble = Ensemble(members)
-    return [timed(partial(_plateau, ensemble.case(long, number), compliance)) for number in range(members)]
+    return [measure_time(partial(_plateau, ensemble.case(long, number), compliance)) for number in range(members)]
 
 
 def _plateau(case: Case, compliance: Compliance) -> float:
@@ -74,7 +74,7 @@ def _dimensions(case: Case, members: int) -> Iterator[Row]:
         return
     ball = as_ball(case)
     in_depth = plateaus_of_members(ball, USUAL, members)
-    for value, each in ((2, plateaus_of_members(in_plane_strain(ball), USUAL, members)), (3, in_depth)):
+    for value, each in ((2, plateaus_of_members(make_plane_strain(ball), USUAL, members)), (3, in_depth)):
         yield _row("dimension", value, each, in_depth)
 
 
@@ -83,7 +83,7 @@ def as_ball(case: Case) -> Case:
     if case.slab.scheme.planar:
         return case
     slab = Slab(min(case.slab.n_x, MOST_ACROSS_BALL), poisson=case.slab.poisson, scheme="half_space")
-    load = 8.0 * expected_half_width(case) ** 3 / (3.0 * case.radius * (1.0 - case.slab.poisson))
+    load = 8.0 * estimate_half_width(case) ** 3 / (3.0 * case.radius * (1.0 - case.slab.poisson))
     return replace(case, slab=slab, normal_load=load)
 
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.pin import expected_half_width
+from nanoslip.solver.contact.pin import estimate_half_width
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.slab import PHYSICS, Slab
 from nanoslip.study.manifest import parameters
@@ -119,7 +119,7 @@ def default_setup() -> Setup:
     return Setup("The paper's case", Case(), NamedDrive("paper"), Scales())
 
 
-def setup_of(manifest: Manifest) -> Setup:
+def make_setup(manifest: Manifest) -> Setup:
     """A campaign's first case and first drive (the paper's where it has none). Raises ManifestError."""
     case = expand(manifest)[0]
     first = case.case
@@ -140,20 +140,20 @@ ALIKE_WIDTHS: Final = 1.25
 def contacts(case: Case, effort: Effort) -> tuple[float, ...]:
     """Half-widths of the effort's contacts that are about as wide as a case's own (Hertz), a/L_x."""
     widths = np.geomspace(*effort.half_widths)
-    own = np.clip(expected_half_width(case), widths[0], widths[-1])
+    own = np.clip(estimate_half_width(case), widths[0], widths[-1])
     return tuple(float(f"{width:.6g}") for width in widths[np.maximum(widths / own, own / widths) <= ALIKE_WIDTHS])
 
 
-def discretized(slab: Slab, discretization: Mapping[str, Any]) -> Slab:
+def change_discretization(slab: Slab, discretization: Mapping[str, Any]) -> Slab:
     """Change the discretization of a slab, its other settings by default. Raises InvalidInput."""
     return Slab.of({**{name: getattr(slab, name) for name in PHYSICS}, **discretization})
 
 
-def discretization_of(slab: Slab) -> dict[str, Any]:
+def discretization_settings(slab: Slab) -> dict[str, Any]:
     """The parameters of a slab's discretization by field name; None for the settings of other schemes."""
     return {name: slab.flat[name] for name in parameters.settings()}
 
 
 def on(case: Case, **discretization: object) -> Case:
     """The case on its slab with another grid, the scheme's own values for what is not given. Raises InvalidInput."""
-    return replace(case, slab=discretized(case.slab, discretization))
+    return replace(case, slab=change_discretization(case.slab, discretization))

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.parameter import SHARED_ERROR
-from nanoslip.solver.sliding.validity import flags_in
+from nanoslip.solver.sliding.validity import decode_flags
 from nanoslip.study.accuracy.deciding import (
     MAIN,
     SECONDS,
@@ -22,7 +22,7 @@ from nanoslip.study.accuracy.deciding import (
     times,
 )
 from nanoslip.study.dataset.table import case_rows
-from nanoslip.study.dataset.variables import DRIVE_NAME, VALIDITY, by_name, fewer, without_error
+from nanoslip.study.dataset.variables import DRIVE_NAME, VALIDITY, by_name, fewer, missing_error_reasons
 from nanoslip.study.figures.points import symbol
 from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest, drive_sizes
@@ -33,23 +33,25 @@ from nanoslip.study.run.progress import roughly
 from nanoslip.study.toml_text import from_toml
 
 
-def decided(case: xr.Dataset, manifest: Manifest, of: CampaignCase, out: Path | None, most: float) -> Deciding | None:
+def influences_on_case(
+    case: xr.Dataset, manifest: Manifest, of: CampaignCase, out: Path | None, most: float
+) -> Deciding | None:
     """Influences on a computed case beside its starts; None if its main number is unknown. out, most: see `deciding`."""
     names = ["critical_velocity", *summary.main_numbers(case), MAIN["slip" in manifest.stages]]
     for main in names if of.case is not None else ():
         if main in case and main in numbers_of_tasks() and not case[main].dims and math.isfinite(float(case[main])):
-            drive = _drive_of(case, manifest)
-            return deciding(manifest, of, main, most, out, drive.drive if drive else None, _announced)
+            drive = first_drive(case, manifest)
+            return deciding(manifest, of, main, most, out, drive.drive if drive else None, report_grid_time)
     return None
 
 
-def _announced(n_x: int, seconds: float) -> None:
+def report_grid_time(n_x: int, seconds: float) -> None:
     """Report a grid that is computed for what decides, and its time, unless that is short."""
     if seconds >= 1.0:
         note(f"computing n_x = {n_x}, {roughly(seconds)}", stderr=True)
 
 
-def _drive_of(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
+def first_drive(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
     """The drive of a case of a dataset; of several the first, None without any."""
     at = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
     named = ({DRIVE_NAME.name: each.name, **each.point}.items() for each in manifest.drives)
@@ -57,27 +59,29 @@ def _drive_of(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
     return next(itertools.compress(manifest.drives, here), None)
 
 
-def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Collection[str], out: Path | None) -> str:
+def friction_answer(
+    case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Collection[str], out: Path | None
+) -> str:
     """Friction of a case with its ±, and what decides it beside the starts, in a line.
 
     given: parameters that its author gave. out: see `deciding`.
     """
     answer, names = summary.answer_numbers(case), list(summary.answered(case))
-    found = decided(case, manifest, of, out, SECONDS)
+    found = influences_on_case(case, manifest, of, out, SECONDS)
     if found is None:
         return summary.answer(case)
-    named = "" if names == [found.variable] else f"{name_of(found.variable)} "
+    named = "" if names == [found.variable] else f"{number_name(found.variable)} "
     if "critical_velocity" in case:
         answer, names = f"{critical_words(case)}; {answer}", [summary.CRITICAL, *names]
     known = (float(case.get(f"{name}_uncertainty", 0.0)) for name in names)
     remarks = ["± by starts alone"] if any(0.0 < each < math.inf for each in known) else []
-    remarks += filter(None, [without_error(case, names)])
+    remarks += filter(None, [missing_error_reasons(case, names)])
     by = f" ({'; '.join(remarks)})" if remarks else ""
     # F/W alone says nothing of another load, where part of the friction needs no pressure.
     if of.case and of.case.slip_rule.strength > 0.0 and math.isfinite(float(case.get(STRESS, math.nan))):
         by += f"; {summary.with_meaning(case, STRESS)}"
-    flags = ", ".join(flag.name for flag in flags_in(int(case.get(VALIDITY.name, 0))))
-    cautions = [*summary.failures_of(case), *([f"flagged {flags}"] if flags else [])]
+    flags = ", ".join(flag.name for flag in decode_flags(int(case.get(VALIDITY.name, 0))))
+    cautions = [*summary.failure_lines(case), *([f"flagged {flags}"] if flags else [])]
     return "; ".join([f"{answer}{by}", *cautions, *deciding_words(found, named), *_defaults(case, manifest, of, given)])
 
 
@@ -85,7 +89,7 @@ STRESS: Final = "plateau_stress"
 """Friction over the true contact area."""
 
 
-def name_of(variable: str) -> str:
+def number_name(variable: str) -> str:
     """Title of a number in tables, or the symbol of one with a unit."""
     return summary.SHOWN.get(variable, symbol(variable)) if by_name()[variable].units == "1" else symbol(variable)
 
@@ -103,7 +107,7 @@ def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
     sizes = [summary.label_text(values, scales)] if values else []
     if scales and not {"shear_modulus", YOUNG} & stated.keys():
         sizes.append(f"G = {compact(scales.shear_modulus, 'Pa')}")
-    if (drive := _drive_of(case, manifest)) and drive.drive:
+    if (drive := first_drive(case, manifest)) and drive.drive:
         unnamed = {name: (value,) for name, value in drive.drive.flat.items() if name not in drive.given}
         sizes += drive_sizes({name: value for name, value in unnamed.items() if value != (None,)})
     if sizes:
@@ -115,7 +119,7 @@ def critical_words(case: xr.Dataset) -> str:
     name, spring = summary.CRITICAL, compact(float(case["spring_stiffness"]), "N/m")
     value, error = (float(case.get(each, math.nan)) for each in (name, f"{name}_uncertainty"))
     if math.isfinite(value):
-        beside = "; ".join((*summary.starts_of(case, name), _BELOW))
+        beside = "; ".join((*summary.start_range(case, name), _BELOW))
         known = f"{compact(value, as_written(by_name()[name].units), error)}{fewer(case, name)} ({beside})"
         return f"no stick-slip above stage velocity {known} at {spring}"
     search = f"{name}_search"
@@ -151,7 +155,7 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:
     parameters = {name: middle.parameters[name] for name in manifest.axes if name in middle.parameters}
     label = summary.label_text(parameters, manifest.stated_scales)
     where = f"The middle case, {label}" if len(possible) > 1 else "Answer"
-    answer = answer_of(case, manifest, middle, {*manifest.fixed, *manifest.axes}, out)
+    answer = friction_answer(case, manifest, middle, {*manifest.fixed, *manifest.axes}, out)
     return f"{where}: {answer}." if answer else ""
 
 
@@ -178,11 +182,11 @@ def ranking(
 
     cost: of four times its members, in words. most, out: see `deciding`.
     """
-    found = decided(case, manifest, of, out, most)
+    found = influences_on_case(case, manifest, of, out, most)
     if found is None:
         return None
     name, value = found.variable, float(case[found.variable])
-    errors = [*summary.errors_of(case, name, cost), *_beside(case, found, value)]
+    errors = [*summary.error_parts(case, name, cost), *_beside(case, found, value)]
     rows = [(each.source, f"{each.share:.1%}", each.cure) for each in sorted(errors, key=lambda each: -each.share)]
     if math.isnan(float(case.get(f"{name}{SHARED_ERROR}", 0.0))):
         rows.append((f"the {summary.SHARED}", NOT_MEASURED, summary.longer_record(case)))
@@ -191,7 +195,7 @@ def ranking(
     assert of.case is not None
     if not of.case.slab.scheme.planar:
         rows.append(("the third dimension", NOT_MEASURED, "a scheme in three dimensions: this is plane strain"))
-    return Ranking(name, f"{name_of(name)} {value:.4g}", Table(_HEADER, tuple(rows), labels=2))
+    return Ranking(name, f"{number_name(name)} {value:.4g}", Table(_HEADER, tuple(rows), labels=2))
 
 
 _SPACING: Final = "the node spacing"

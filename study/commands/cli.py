@@ -283,7 +283,7 @@ def collect() -> None:
     """
 
 
-@command("judge:merge_shards_of", CAMPAIGN, OUT)
+@command("judge:merge_shards_command", CAMPAIGN, OUT)
 def merge() -> None:
     """Join all shards of CAMPAIGN, and write its dataset.
 

@@ -6,7 +6,7 @@ from typing import Final
 
 import click
 
-from nanoslip.study.commands.plans import idle_lines, planned, plural, print_foreign, refusals, typed_command
+from nanoslip.study.commands.plans import command_text, idle_lines, planned, plural, print_foreign, refusals
 from nanoslip.study.commands.words import show
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from nanoslip.study.report.console import console, note, print_sentences
@@ -68,7 +68,7 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
         pending, kept = 0, ""
         if shard:
             ended = f"has ended without {plural(failed + given_up, 'task')}" if failed + given_up else "is done"
-            note(f"{shard} {ended}; {typed_command('merge', campaign, out)} brings all shards together")
+            note(f"{shard} {ended}; {command_text('merge', campaign, out)} brings all shards together")
         else:
             datasets = import_module(_DATASETS)
             try:

@@ -9,28 +9,28 @@ import xarray as xr
 
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import Scales
-from nanoslip.study.commands.plans import planned, typed_command
+from nanoslip.study.commands.plans import command_text, planned
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import (
+    case_layout,
     collect,
     coordinates,
-    is_made_of,
-    layout_of,
+    dataset_hash,
+    is_current_dataset,
     losses,
-    made_of,
     pending_in,
     write_state,
 )
-from nanoslip.study.dataset.table import one_case, scales_of
-from nanoslip.study.dataset.variables import means_of
+from nanoslip.study.dataset.table import one_case, read_scales
+from nanoslip.study.dataset.variables import explain_means
 from nanoslip.study.manifest.cases import CampaignCase, tables
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
-from nanoslip.study.manifest.parameters import of_symbol
+from nanoslip.study.manifest.parameters import word_for_symbol
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, counting, note, print_sentences, print_table, whole
-from nanoslip.study.results.files import folder_of
+from nanoslip.study.results.files import results_folder
 from nanoslip.study.results.store import Store, StoreError
 
 
@@ -52,14 +52,14 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, replace: bool = 
     lost = [] if replace else losses(path, collected)
     if lost:
         campaign, into = plan.manifest.path, path.parent
-        run, anyway = typed_command("run", campaign, into), typed_command("collect", campaign, into, "--replace")
+        run, anyway = command_text("run", campaign, into), command_text("collect", campaign, into, "--replace")
         cure = f"{run} computes what is missing, {anyway} writes the dataset without it"
         raise FewerFinishedError(f"{path}: not replaced: has {'; '.join(lost)}; has the campaign changed? {cure}")
     kept = file.keep_edited(path)
     if kept:
         note(f"{kept}: the dataset that somebody has changed since it was collected", stderr=True)
     file.write_netcdf(collected, path)
-    write_state(path, store, made_of(plan.manifest, store))
+    write_state(path, store, dataset_hash(plan.manifest, store))
     _print(collected, path)
     return pending_in(collected)
 
@@ -67,7 +67,7 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, replace: bool = 
 def print_written(manifest: Manifest, store: Store) -> bool:
     """Print the existing dataset if it is up to date with the results and lacks none; returns whether that is so."""
     path = store.folder.parent / file.FILE
-    if is_made_of(path, store, made_of(manifest, store)):
+    if is_current_dataset(path, store, dataset_hash(manifest, store)):
         file.require_closed(path)
         with suppress(StoreError), file.reading(path) as found:  # else it was damaged
             if not pending_in(found):
@@ -85,10 +85,12 @@ def _print(dataset: xr.Dataset, path: Path) -> None:
 
 def print_summary(dataset: xr.Dataset) -> None:
     """Print a dataset's cases, outcomes of its drives with advice, missed targets, and advice of validity flags."""
-    scales = scales_of(dataset.attrs) if any(str(name).endswith("_si") for name in dataset.coords) else None
-    table, alike = summary.factored(summary.scalar_table(dataset, why=False, most=summary.MOST_LINES, scales=scales))
+    scales = read_scales(dataset.attrs) if any(str(name).endswith("_si") for name in dataset.coords) else None
+    table, alike = summary.factor_out_columns(
+        summary.scalar_table(dataset, why=False, most=summary.MOST_LINES, scales=scales)
+    )
     print_table(table)
-    print_sentences([*alike, means_of(dataset), *summary.drive_summary(dataset)])
+    print_sentences([*alike, explain_means(dataset), *summary.drive_summary(dataset)])
     print_sentences(summary.failure_summary(dataset).values(), FAILED)
     print_sentences(summary.cautions(dataset))
 
@@ -97,7 +99,7 @@ def print_summary(dataset: xr.Dataset) -> None:
 
 
 @contextmanager
-def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
+def find_dataset(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
     """Open a dataset: a file .nc, a folder with results.nc, or a campaign file.
 
     A campaign's own results.nc is taken where the campaign has not changed since; else its finished results, collected in
@@ -107,7 +109,7 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
         with file.reading(source / file.FILE if source.is_dir() else source) as found:
             yield found
         return
-    plan, into = planned(source), folder_of(source, out)
+    plan, into = planned(source), results_folder(source, out)
     if (into / file.FILE).is_file():
         with file.reading(into / file.FILE) as found:
             if is_of(found, plan.manifest):
@@ -115,7 +117,7 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
                 return
     store = Store(into)
     if not store.finished():
-        raise StoreError(f"{into}: no results of {source} there: {typed_command('run', source, into)} computes them")
+        raise StoreError(f"{into}: no results of {source} there: {command_text('run', source, into)} computes them")
     note(f"{into}: no dataset of {source} as it is now: from the results that are finished", stderr=True)
     yield collect(plan, store)
 
@@ -143,7 +145,7 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
             if table not in (owner, "axes"):
                 raise Refusal(f"{word}: {own} belongs in {owner}")
             key = own
-        key = of_symbol(key, {**parameters_of_a_case(), **drive_parameters()})
+        key = word_for_symbol(key, {**parameters_of_a_case(), **drive_parameters()})
         if key in found:
             raise Refusal(f"{word}: {key} is given twice")
         found[key] = value
@@ -153,12 +155,12 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
 def chosen(manifest: Manifest, cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
     """The one case of a campaign that parameters single out. Raises Refusal."""
     scales = {item.name: getattr(manifest.scales, item.name) for item in fields(Scales)}
-    layout = coordinates(manifest, cases, layout_of(manifest))
+    layout = coordinates(manifest, cases, case_layout(manifest))
     name = single(xr.Dataset(coords=layout, attrs=scales), given)["case_id"].item()
     return next(case for case in cases if case.case_id == name)
 
 
-def reason_of(error: KeyError | ValueError) -> str:
+def error_message(error: KeyError | ValueError) -> str:
     """The message of an error; KeyError's `str` would quote it."""
     return str(error.args[0] if isinstance(error, KeyError) else error)
 
@@ -168,4 +170,4 @@ def single(dataset: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     try:
         return one_case(dataset, given)
     except (KeyError, ValueError) as error:
-        raise Refusal(reason_of(error)) from None
+        raise Refusal(error_message(error)) from None

@@ -6,20 +6,20 @@ from pathlib import Path
 
 import numpy as np
 
-from nanoslip.solver.contact.pin import slopes_along
+from nanoslip.solver.contact.pin import profile_slopes
 from nanoslip.solver.outcome import InvalidInput, SolverError
-from nanoslip.solver.sliding.validity import nodes_for
-from nanoslip.solver.view import in_words
+from nanoslip.solver.sliding.validity import resolving_nodes
+from nanoslip.solver.view import describe_outcome
 from nanoslip.study import api, shipped
 from nanoslip.study.commands.answering import middle_answer
-from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of
-from nanoslip.study.commands.plans import planned, plural, refusals, typed_command
-from nanoslip.study.commands.reading import in_unit_of, lines_left_out, separation
+from nanoslip.study.commands.datasets import assignments, chosen, find_dataset, is_of
+from nanoslip.study.commands.plans import command_text, planned, plural, refusals
+from nanoslip.study.commands.reading import lines_left_out, parse_option, separation
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file
 from nanoslip.study.figures import shared
 from nanoslip.study.figures.answer import view_named
-from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
+from nanoslip.study.figures.gallery import figure_paths, list_shipped_figures, script_figures
 from nanoslip.study.manifest.parameters import compact
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
@@ -28,7 +28,7 @@ from nanoslip.study.measured.columns import file_text
 from nanoslip.study.report import page
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
 from nanoslip.study.report.curves import DrawnLine, print_lines
-from nanoslip.study.results.files import folder_of
+from nanoslip.study.results.files import results_folder
 from nanoslip.study.results.store import StoreError, write_files
 
 # `nanoslip report`: the HTML page of a campaign's dataset.
@@ -36,10 +36,10 @@ from nanoslip.study.results.store import StoreError, write_files
 
 def write_report(campaign: Path, out: Path | None) -> None:
     """Write the page of a campaign's dataset; the run that made it has printed its table."""
-    into, manifest = folder_of(campaign, out), load_manifest(campaign)
+    into, manifest = results_folder(campaign, out), load_manifest(campaign)
     with file.reading(into / file.FILE) as opened:
         if not is_of(opened, manifest):
-            run, collect = (typed_command(each, campaign, into) for each in ("run", "collect"))
+            run, collect = (command_text(each, campaign, into) for each in ("run", "collect"))
             cure = f"{run} computes what is missing, {collect} takes what is finished"
             raise StoreError(f"{into / file.FILE}: no dataset of {campaign} as it is now: {cure}")
         written = page.write_page(opened, into, middle_answer(opened, manifest, into))
@@ -64,14 +64,14 @@ def draw_figure(
     sheet: str,
 ) -> None:
     """Draw a number of a campaign's dataset where `y` names one, else named figures, computing what they lack."""
-    with refusals(InvalidInput), shared.styled(sheet):
+    with refusals(InvalidInput), shared.read_style(sheet):
         if y:
             if everything or not names:
                 raise Refusal(f"--y {y}: needs one campaign, or a dataset (results.nc)")
             where = assignments(names[1:])
-            with refusals(ValueError), dataset_of(shipped.campaign_file(Path(names[0])), out) as dataset:
+            with refusals(ValueError), find_dataset(shipped.campaign_file(Path(names[0])), out) as dataset:
                 view = view_named(dataset, y, x, hue, where)
-                write_and_note(_files_of(view, output, table, size or ()))
+                write_and_note(figure_files(view, output, table, size or ()))
             of = ", ".join(f"{key} = {value}" for key, value in where.items())
             note(f"{view.caption} Of {of}." if of else view.caption)
         elif x or hue or output or table or size:
@@ -79,23 +79,23 @@ def draw_figure(
         elif names or everything:
             _draw_named(names, everything, formats, into, out or Path("results"))
         else:
-            print_entries({name: figure.title for name, figure in shipped_figures().items()})
+            print_entries({name: figure.title for name, figure in list_shipped_figures().items()})
             note(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
-def _files_of(view: shared.View, output: Path | None, table: bool, size: Sequence[float]) -> dict[Path, bytes]:
+def figure_files(view: shared.View, output: Path | None, table: bool, size: Sequence[float]) -> dict[Path, bytes]:
     """A figure, and perhaps its numbers beside it."""
     target = output or Path(f"{view.name}.{shared.FORMATS[0]}")
-    files = {target: shared.image(shared.resized(view.draw(), size), shared.format_of(target))}
-    return files | ({target.with_suffix(".csv"): shared.csv_of(view.columns()).encode()} if table else {})
+    files = {target: shared.image(shared.resize_figure(view.draw(), size), shared.file_format(target))}
+    return files | ({target.with_suffix(".csv"): shared.format_csv(view.columns()).encode()} if table else {})
 
 
 def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
     """Draw shipped figures by name, and all that the script beside a campaign file has."""
-    known = shipped_figures()
+    known = list_shipped_figures()
     chosen: dict[Path, list[shared.CampaignFigure]] = {}
     for name in known if everything else names:
-        of_file = figures_of(Path(name)) if Path(name).suffix == ".toml" else ()
+        of_file = script_figures(Path(name)) if Path(name).suffix == ".toml" else ()
         if name not in known and not of_file:
             own = f"a campaign of your own needs --y, or a script {Path(name).stem}.py beside it"
             raise Refusal(f"{name}: no figure; there are {', '.join(known)}; {own}")
@@ -107,7 +107,7 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
                 note(figure.title)
                 head, *rows = shared.filled(figure.claims(dataset), figure.header)
                 print_table(Table(head, tuple(rows), len(head) - 1))
-                write_and_note(files_of(figure, dataset, into, formats))
+                write_and_note(figure_paths(figure, dataset, into, formats))
 
 
 # `nanoslip profile`: the measured profile of a surface, what is known of its roughness, and the nodes that resolve it.
@@ -117,7 +117,7 @@ def show_profile(
     file: Path, x: str, y: str, z: str, pixel: str, missing: str, detrend: str, width: str, picture: Path | None
 ) -> None:
     """Print statistics of a profile, and draw it."""
-    slab_width = in_unit_of("width", width, "m", positive=True)
+    slab_width = parse_option("width", width, "m", positive=True)
     try:
         given = NamedSurface(str(file), x, z, detrend, y, pixel, missing)  # type: ignore[arg-type]
         found = read_surface(file, file_text(file), given)
@@ -125,7 +125,7 @@ def show_profile(
         raise Refusal(f"{file}: {error}") from None
     print_sentences(_surface_lines(found, slab_width))
     if picture:
-        write_and_note({picture: _surface_drawn(found, shared.format_of(picture))})
+        write_and_note({picture: _surface_drawn(found, shared.file_format(picture))})
     else:
         middle = np.atleast_2d(found.height)[len(found.y) // 2]
         print_lines([DrawnLine(1e6 * found.x, 1e9 * middle, "x, in μm", "height, in nm")])
@@ -134,8 +134,8 @@ def show_profile(
 def _surface_lines(found: Surface, slab_width: float) -> list[str]:
     length, count = float(found.x[-1] - found.x[0]), len(found.x)
     image = found.image(slab_width)
-    slope, across = (slopes_along(*each, 1.0)[0] for each in ((image.xi, image.height), (image.y, image.height.T)))
-    nodes, apart = nodes_for(image), compact(length / (count - 1), "m")
+    slope, across = (profile_slopes(*each, 1.0)[0] for each in ((image.xi, image.height), (image.y, image.height.T)))
+    nodes, apart = resolving_nodes(image), compact(length / (count - 1), "m")
     correlated = found.correlation_length
     longer = "longer than the profile" if math.isnan(correlated) else compact(correlated, "m")
     slab = f"on a slab of L_x = {compact(slab_width, 'm')} (--width)"
@@ -143,7 +143,7 @@ def _surface_lines(found: Surface, slab_width: float) -> list[str]:
     if nodes:
         resolved = f"{slab} n_x = {nodes} resolves it, with nodes {compact(slab_width / (nodes - 1), 'm')} apart"
         if length < slab_width:
-            resolved += f"; one as wide as the profile needs {nodes_for(found.image(length))}"
+            resolved += f"; one as wide as the profile needs {resolving_nodes(found.image(length))}"
     read = [separation(found.source)] if found.source else []
     points, slopes = f"{count} points over {compact(length, 'm')}, {apart} apart", f"slope {slope:.3g}"
     if len(found.y) > 1:
@@ -180,9 +180,9 @@ def _surface_drawn(found: Surface, form: str) -> bytes:
 def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str | None, output: Path) -> None:
     """Compute a case's contact after each of some events, or at turns of its path, and draw it."""
     with refusals(SolverError):
-        from nanoslip.study.figures.frames import events_of, frames, usual_events  # noqa: PLC0415  films need more than pictures
+        from nanoslip.study.figures.frames import frames, parse_events, usual_events  # noqa: PLC0415  films need more than pictures
 
-        wanted = events_of(events) if events else ()
+        wanted = parse_events(events) if events else ()
         plan = planned(campaign)
         case = chosen(plan.manifest, plan.cases, assignments(parameters))
         if case.case is None:
@@ -192,7 +192,7 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str | None,
     if len(shown.moments) < len(wanted):
         ended = shown.outcome if not shown.outcome.ok else shown.record.outcome
         missing = wanted[len(shown.moments)]
-        note(f"no {shown.counted} {missing}: the record ends before ({in_words(ended)})", stderr=True)
+        note(f"no {shown.counted} {missing}: the record ends before ({describe_outcome(ended)})", stderr=True)
     until = f"{plural(len(shown.moments), 'moment')} to {shown.counted} {shown.moments[-1].event}"
     note(f"{whole(f'written: {output}')} ({case.point}; {until})")
 
@@ -208,7 +208,7 @@ def drawn(lines: Sequence[DrawnLine], picture: Path) -> bytes:
         for axes, line in zip(figure.subplots(len(lines), squeeze=False).ravel(), lines, strict=True):
             axes.plot(line.x, line.y)
             axes.set(xlabel=line.x_label, ylabel=line.y_label)
-        return shared.image(figure, shared.format_of(picture))
+        return shared.image(figure, shared.file_format(picture))
 
 
 def write_and_note(files: Mapping[Path, bytes]) -> None:

@@ -12,30 +12,30 @@ import click
 
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import Scales
-from nanoslip.study.commands.datasets import dataset_of
+from nanoslip.study.commands.datasets import find_dataset
 from nanoslip.study.commands.plans import plural, print_json, refusals
 from nanoslip.study.commands.words import Refusal, show
 from nanoslip.study.exit_codes import INTERRUPTED
-from nanoslip.study.figures.points import in_text
-from nanoslip.study.figures.shared import format_of, image
-from nanoslip.study.inference.campaign import Ends, Question, joined_plans, question_of
+from nanoslip.study.figures.points import format_value
+from nanoslip.study.figures.shared import file_format, image
+from nanoslip.study.inference.campaign import Ends, Question, join_plans, make_question
 from nanoslip.study.inference.fit import LEVELS, Fit, Target, filling, sentences
 from nanoslip.study.inference.pictures import bars, contours
 from nanoslip.study.inference.sensitivity import caution, sensitivity
 from nanoslip.study.manifest.checker import number_or_text, read_text
 from nanoslip.study.manifest.manifest import drive_parameters
-from nanoslip.study.manifest.parameters import of_symbol
+from nanoslip.study.manifest.parameters import word_for_symbol
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.expectations import out_of_reach
 from nanoslip.study.report.console import Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.summary import failure_summary, flag_summary, with_size
-from nanoslip.study.results.files import folder_of
+from nanoslip.study.results.files import results_folder
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_campaign
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.executor import Rest
 from nanoslip.study.run.farm import Farm, open_farm
-from nanoslip.study.run.journal import Journal, measured_in
+from nanoslip.study.run.journal import Journal, read_task_times
 from nanoslip.study.run.launch import task_program
 from nanoslip.study.run.progress import makespan, open_progress, roughly
 
@@ -44,8 +44,8 @@ from nanoslip.study.run.progress import makespan, open_progress, roughly
 
 def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | None, as_json: bool) -> None:
     """Print the first-order and total indices of a number, or draw them."""
-    form = format_of(picture) if picture else ""
-    with refusals(ValueError), dataset_of(dataset, out) as opened:
+    form = file_format(picture) if picture else ""
+    with refusals(ValueError), find_dataset(dataset, out) as opened:
         found = sensitivity(opened, of)
         why = [*(failure_summary(opened).values() if found.holes else ()), *flag_summary(opened).values()]
     shares = dict(zip(found.axes, zip(found.first.tolist(), found.total.tolist(), strict=True), strict=True))
@@ -88,13 +88,13 @@ def fit_campaign(
 ) -> None:
     """Compute points until the parameters that agree with the numbers are determined; print and draw these. Ends the
     process."""
-    form, into = format_of(picture), folder_of(campaign, out)
+    form, into = file_format(picture), results_folder(campaign, out)
     targets, fixed = read_numbers(numbers)
     targets += read_trace_numbers(trace, {target.name for target in targets}) if trace else []
     if not targets:
         raise Refusal("needs a measured number with its ±, as mu_s=0.3±0.01")
     with refusals(ValueError, FarmError):
-        question = question_of(load_manifest(campaign), targets, read_ranges(vary), fixed)
+        question = make_question(load_manifest(campaign), targets, read_ranges(vary), fixed)
         question.check(into)
         farm = open_farm(task_program(into), jobs=jobs)
     with farm:
@@ -130,7 +130,7 @@ def read_numbers(given: Sequence[str]) -> tuple[list[Target], dict[str, Any]]:
             targets.append(target)
         elif not (sign and key and text):
             raise Refusal(f"{word}: needs NUMBER=VALUE±ERROR, as mu_s=0.3±0.01, or KEY=VALUE, as radius=200")
-        elif key != "drive" and of_symbol(key, _KEYS) not in _WORDS:
+        elif key != "drive" and word_for_symbol(key, _KEYS) not in _WORDS:
             raise Refusal(f"{word}: no parameter; a measured number needs its ±, as {key}=0.3±0.01 (or 0.3+-0.01)")
         elif key in fixed:
             raise Refusal(f"{word}: {key} is given twice")
@@ -186,9 +186,9 @@ def read_ranges(given: Sequence[str]) -> dict[str, Ends | None]:
 
 def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
     warn = partial(note, stderr=True)
-    first = joined_plans(plans := question.plans(filling(len(question.ranges))[:points]))
+    first = join_plans(plans := question.plans(filling(len(question.ranges))[:points]))
     if left := first.remaining(Store(out).inventory()):
-        measured = measured_in(out)
+        measured = read_task_times(out)
         known = measured.tasks({task.kind for task in left})  # a time by estimates alone may be off by ten
         time = f", {roughly(makespan(left, farm.size, measured.seconds))}" if known else ""
         most = f"then more where it is open what agrees, at most {points}"
@@ -218,7 +218,10 @@ def _print(found: Fit, scales: Scales) -> None:
         for axis, each in enumerate(found.ranges):
             value = float(f"{each.at(x[0])[axis]:.4g}")
             ends = [_interval([*found.intervals(axis, level), None][place]) for level in LEVELS]
-            best, searched = with_size(each.name, value, scales), f"{in_text(each.low)} to {in_text(each.high)}"
+            best, searched = (
+                with_size(each.name, value, scales),
+                f"{format_value(each.low)} to {format_value(each.high)}",
+            )
             rows.append((each.name, best, *ends, searched))
     best, levels = "best" if found.reached else "nearest", (f"{100 * level:.0f} %" for level in LEVELS)
     print_table(Table(("parameter", best, *levels, "looked at"), tuple(rows), asked=3))
@@ -237,4 +240,4 @@ def _as_json(found: Fit) -> dict[str, Any]:
 
 
 def _interval(ends: tuple[float, float] | None) -> str:
-    return " to ".join(dict.fromkeys(in_text(float(f"{end:.3g}")) for end in ends)) if ends else "none"
+    return " to ".join(dict.fromkeys(format_value(float(f"{end:.3g}")) for end in ends)) if ends else "none"

@@ -13,14 +13,14 @@ import click
 
 from nanoslip.study.accuracy.diagram import as_table
 from nanoslip.study.accuracy.measurement import measure_accuracy, write_measurement
-from nanoslip.study.accuracy.setup import default_setup, effort_for, setup_of
-from nanoslip.study.commands.datasets import FewerFinishedError, dataset_of, write_dataset
-from nanoslip.study.commands.plans import planned, plural, print_json, refusals, typed_command
+from nanoslip.study.accuracy.setup import default_setup, effort_for, make_setup
+from nanoslip.study.commands.datasets import FewerFinishedError, find_dataset, write_dataset
+from nanoslip.study.commands.plans import command_text, planned, plural, print_json, refusals
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import compare, file, verify as verification
-from nanoslip.study.dataset.access import columns_of
+from nanoslip.study.dataset.access import case_columns
 from nanoslip.study.dataset.agreement import Verdict
-from nanoslip.study.dataset.variables import OUTCOMES, describe, rows, variable_text, word_of
+from nanoslip.study.dataset.variables import OUTCOMES, describe, explain_word, rows, variable_text
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.figures.points import worded
@@ -31,10 +31,10 @@ from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import FAILED, Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, label_text
-from nanoslip.study.results.files import folder_of, shard_folders
+from nanoslip.study.results.files import results_folder, shard_folders
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, try_writing, write_files
 from nanoslip.study.run.dispatch import Watch
-from nanoslip.study.run.executor import drop_intermediates, rest_of
+from nanoslip.study.run.executor import drop_intermediates, unfinished_tasks
 from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import task_program
 from nanoslip.study.run.progress import open_progress
@@ -42,20 +42,20 @@ from nanoslip.study.run.progress import open_progress
 
 def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
     """Write and print the dataset of a campaign's results. replace: overwrite a dataset with more results, too."""
-    into = folder_of(campaign, out)
+    into = results_folder(campaign, out)
     write_dataset(planned(campaign), Store(into), anew=True, replace=replace)
     if shards := shard_folders(into):
-        note(f"without {plural(len(shards), 'shard')}; {typed_command('merge', campaign, into)} takes them in")
+        note(f"without {plural(len(shards), 'shard')}; {command_text('merge', campaign, into)} takes them in")
 
 
 # `nanoslip merge`: move the results of shards into the campaign's folder, and write its dataset.
 
 
-def merge_shards_of(campaign: Path, out: Path | None) -> None:
+def merge_shards_command(campaign: Path, out: Path | None) -> None:
     """Move the results of all shards into the campaign's, and write and print its dataset. Ends the process."""
-    into = folder_of(campaign, out)
+    into = results_folder(campaign, out)
     plan, store = planned(campaign), Store(into)
-    run, retry = (typed_command("run", campaign, into, *options) for options in ((), ("--retry",)))
+    run, retry = (command_text("run", campaign, into, *options) for options in ((), ("--retry",)))
     if plan.distinct and not (shard_folders(into) or store.finished() or store.failures()):
         cure = f"{run} computes all of it; results of runs with another --out are found with it"
         raise StoreError(f"{into}: no shards and no results of {campaign} there, nothing to merge: {cure}")
@@ -67,7 +67,7 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
             write_dataset(plan, store)
         except FewerFinishedError as error:
             problems.append(str(error))
-        rest = rest_of(plan, store.failures(), store.inventory())
+        rest = unfinished_tasks(plan, store.failures(), store.inventory())
     for problem in problems:
         note(problem, stderr=True)
     if rest.given_up:
@@ -83,8 +83,8 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
 
 def export_dataset(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
     """Write a table of a campaign's cases, events or samples to a file or to standard output."""
-    with refusals(ValueError), dataset_of(campaign, out) as found:
-        columns, title = columns_of(found, table), str(found.attrs.get("title", ""))
+    with refusals(ValueError), find_dataset(campaign, out) as found:
+        columns, title = case_columns(found, table), str(found.attrs.get("title", ""))
     as_asked = form or ("json" if output and output.suffix.lower() == ".json" else "csv")
     text = as_json(columns, title) if as_asked == "json" else as_csv(columns)
     if output is None or str(output) == "-":
@@ -109,7 +109,7 @@ _WORDS: Final = {
 
 def compare_datasets(first: Path, second: Path) -> None:
     """Print differences between two datasets, and exit with the code of the worst one."""
-    with refusals(compare.NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
+    with refusals(compare.NotComparableError), find_dataset(first) as one, find_dataset(second) as other:
         pair = one, other
         kinds = [kind for kind, ended in OUTCOMES.items() if all(ended.ending.name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
@@ -118,12 +118,12 @@ def compare_datasets(first: Path, second: Path) -> None:
             print_table(Table(("differs", "A", "B", ""), rows_of_facts, labels=3))
         else:
             note("same parameters, campaign and software")
-        found = {kind: compare.matched(pair, kind) for kind in kinds}
+        found = {kind: compare.match_rows(pair, kind) for kind in kinds}
         if not any(each.labels for each in found.values()):
             raise compare.NotComparableError(f"{first} and {second} share no computed case")
         seen = [each for kind in kinds for each in compare.observed(found[kind])]
         for kind in kinds:
-            _print_rows("drives of cases" if kind else "cases", found[kind], compare.unjudged(found[kind]))
+            _print_rows("drives of cases" if kind else "cases", found[kind], compare.list_unjudged(found[kind]))
         for kind in kinds:
             _print_runs(compare.compared_runs(found[kind]))
     _print_worst(seen)
@@ -254,7 +254,7 @@ def _print_findings(findings: list[Finding]) -> None:
 def describe_variables(name: str | None, as_json: bool) -> None:
     """Print one variable or key in full, or a table of all variables."""
     key = keys.find_key(name) if name else None
-    if not as_json and (text := word_of(name or "") or keys.text_of_table(name or "")):
+    if not as_json and (text := explain_word(name or "") or keys.text_of_table(name or "")):
         print_sentences(text.splitlines())
         return
     try:
@@ -281,8 +281,8 @@ def describe_variables(name: str | None, as_json: bool) -> None:
 
 def show_accuracy(campaign: Path | None, out: Path | None, quick: bool) -> None:
     """Measure every numerical setting on a campaign's first case, print the diagrams and write them."""
-    setup = setup_of(load_manifest(campaign)) if campaign else default_setup()
-    try_writing(into := folder_of(campaign or Path("accuracy"), out))
+    setup = make_setup(load_manifest(campaign)) if campaign else default_setup()
+    try_writing(into := results_folder(campaign or Path("accuracy"), out))
     note(f"{setup.title}: measuring, a minute or two unless --quick", stderr=True)
     measured = measure_accuracy(setup, effort_for(setup.case, quick))
     for diagram in measured.diagrams:

@@ -13,39 +13,39 @@ from typing import Any, Final, NamedTuple
 import click
 import xarray as xr
 
-from nanoslip.solver.case import Case, image_of
+from nanoslip.solver.case import Case, make_image
 from nanoslip.solver.contact.pin import roughness_slopes
 from nanoslip.solver.ensemble import FEWEST
 from nanoslip.solver.outcome import UNDONE, Ending, InvalidInput
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
+from nanoslip.solver.sliding.validity import MISSED, MISSING, resolving_nodes
 from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import SECONDS
-from nanoslip.study.accuracy.effects import Influence, Scenes, comparison_seconds, influences, scenes_of, verdict_of
+from nanoslip.study.accuracy.effects import Influence, Scenes, comparison_seconds, influences, select_scenes, verdict_of
 from nanoslip.study.accuracy.spending import LENGTHS, Sample, Spending, probed, spending
-from nanoslip.study.commands.answering import answer_of, ranking
-from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
+from nanoslip.study.commands.answering import friction_answer, ranking
+from nanoslip.study.commands.datasets import assignments, chosen, find_dataset, is_of, single
 from nanoslip.study.commands.plans import BALL, plural, refusals
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file, variables
-from nanoslip.study.dataset.table import scales_of
+from nanoslip.study.dataset.table import read_scales
 from nanoslip.study.dataset.variables import DRIVE_NAME
 from nanoslip.study.exit_codes import FAILURES
-from nanoslip.study.manifest.cases import CampaignCase, campaign_of, expand
+from nanoslip.study.manifest.cases import CampaignCase, expand, make_campaign
 from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters, drive_sizes
 from nanoslip.study.manifest.parameters import STANDARD, has_unit, make_case, names_by_word, resembles_ball, si_line
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
-from nanoslip.study.plan.plan import make_plan, plan_of
+from nanoslip.study.plan.plan import make_partial_plan, make_plan
 from nanoslip.study.plan.task import idle
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, Table, note, print_sentences, print_table
-from nanoslip.study.report.curves import beyond_contact, curves, print_lines
+from nanoslip.study.report.curves import curves, inertial_range, print_lines
 from nanoslip.study.report.summary import error_lines
-from nanoslip.study.results.files import folder_of, shard_folders
-from nanoslip.study.run.journal import measured_in
+from nanoslip.study.results.files import results_folder, shard_folders
+from nanoslip.study.run.journal import read_task_times
 from nanoslip.study.run.progress import roughly
 
 
@@ -54,7 +54,7 @@ def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, 
     given = assignments(parameters)
     if picture:
         _draw().shared.format_of(picture)
-    with dataset_of(campaign, out) as found:
+    with find_dataset(campaign, out) as found:
         note(found.attrs.get("title", "no title"))
         _show_case(single(found, given), found, picture)
 
@@ -83,9 +83,9 @@ def try_campaign(
     if picture:
         _draw().shared.format_of(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
-        content = campaign_of(given | ({"critical": "true"} if critical else {}), contact, drive or critical)
+        content = make_campaign(given | ({"critical": "true"} if critical else {}), contact, drive or critical)
         typed = api.manifest_of(content).fixed.keys()
-        print_sentences(_on_quick_grid(content), stderr=True)
+        print_sentences(choose_quick_grid(content), stderr=True)
         manifest, found = api.manifest_of(content), api.run(content, progress=True)
     outcomes = [(each.name, why.name) for each, why, *_ in variables.OUTCOMES.values() if each.name in found]
     endings = {found[each].item(): found[why].item() for each, why in outcomes}
@@ -93,7 +93,7 @@ def try_campaign(
         raise Refusal(endings[Ending.INVALID])
     print_sentences([*_idle(given, contact), *([BALL] if resembles_ball(given) else [])])
     case = single(found, {})
-    answer = answer_of(case, manifest, expand(manifest)[0], typed, None)
+    answer = friction_answer(case, manifest, expand(manifest)[0], typed, None)
     note(answer)
     last = "path" if "loss_per_cycle" in case else manifest.stages[-1]
     _show_case(case, found, picture, () if everything else BRIEF[last])
@@ -134,7 +134,7 @@ class _Choice(NamedTuple):
         return roughly(self.seconds) + (f" and {self.memory / 1e9:.1f} GB" if self.memory >= 1e9 else "")
 
 
-def _on_quick_grid(content: dict[str, Any]) -> Iterator[str]:
+def choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
     """Give a case without n_x the finest grid, up to the default, that takes at most PATIENCE; report the costs of finer ones.
 
     Where that takes longer than PATIENCE and the case slides, members and lengths that nobody gave are chosen by a probe
@@ -210,7 +210,7 @@ def _as_typed() -> Iterator[None]:
     try:
         yield
     except ManifestError as error:
-        raise error.without_places() from None
+        raise error.drop_places() from None
 
 
 # `nanoslip effects`: what a campaign's numbers lose without each of its effects, and the time that this saves.
@@ -221,7 +221,7 @@ _HEADER = ("effect", "number", "change ±", "seconds ×", "setting")
 def show_effects(campaign: Path, cases: int, members: int | None) -> None:
     """Compute a few cases with everything and without each effect, and print the changes."""
     manifest = load_manifest(campaign)
-    print_changes(campaign, scenes_of(manifest, list(expand(manifest)), cases, members))
+    print_changes(campaign, select_scenes(manifest, list(expand(manifest)), cases, members))
 
 
 def print_changes(campaign: Path, scenes: Scenes) -> None:
@@ -286,12 +286,12 @@ def explain_case(
     case = chosen(manifest, expand(manifest), given)
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
-    into = folder_of(campaign, out)
-    seconds = sum(map(measured_in(into, *shard_folders(into)).seconds, plan_of(manifest, [case]).tasks))
+    into = results_folder(campaign, out)
+    seconds = sum(map(read_task_times(into, *shard_folders(into)).seconds, make_partial_plan(manifest, [case]).tasks))
     label = summary.label_text(case.parameters, manifest.stated_scales)
-    rough = _of_roughness(case.case, "slip" in manifest.stages)
+    rough = roughness_lines(case.case, "slip" in manifest.stages)
     print_sentences([f"case {label}", f"estimated time of its computation: {roughly(seconds)}", rough])
-    scenes = scenes_of(manifest, [case], SHOWN)
+    scenes = select_scenes(manifest, [case], SHOWN)
     _explain(into / file.FILE, manifest, parameters, case, roughly(4.0 * seconds), math.inf if show_grid else SECONDS)
     if show_effects:
         print_changes(campaign, scenes)
@@ -318,14 +318,14 @@ SHOWN: Final = 3
 """Drives whose effects are shown: the first, the middle and the last one."""
 
 
-def _of_roughness(case: Case, slides: bool) -> str:
+def roughness_lines(case: Case, slides: bool) -> str:
     """Report the roughness that nodes miss, its effect on plateaus, and the grid that resolves it; empty for a smooth pin."""
-    image = image_of(case.heterogeneity.roughness)
+    image = make_image(case.heterogeneity.roughness)
     slope, missed = roughness_slopes(image, case.slab.spacing)
     if not slope:
         return ""
     said = f"roughness: nodes miss {missed / slope:.0%} of its slope; plateaus are {MISSING}"
-    if missed <= MISSED * slope or not (nodes := nodes_for(image)):
+    if missed <= MISSED * slope or not (nodes := resolving_nodes(image)):
         return said
     times = _seconds(replace(case, slab=replace(case.slab, n_x=nodes)), slides) / _seconds(case, slides)
     return f"{said}; n_x = {nodes} resolves it, in {times:.2g} × the time of this grid"
@@ -371,7 +371,7 @@ def _show_case(case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, name
         _draw().write_and_note({picture: _draw().drawn(lines, picture)})
     else:
         print_lines(lines)
-    if found := beyond_contact(case):
+    if found := inertial_range(case):
         least, most, holds = found
         alone = f"{least:.3g} to {most:.3g}, is not friction alone: the contact holds {holds:.3g}"
         stuck = Ending.NO_SLIP.value == case["drive_outcome"].item()  # whose advice is to pull harder
@@ -384,7 +384,7 @@ def _show_case(case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, name
 def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]) -> None:
     """Print parameters, outcome and numbers of a case, all or only these; several drives as rows."""
     values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
-    scales = scales_of(dataset.attrs)
+    scales = read_scales(dataset.attrs)
     in_si = [f"in SI: {si_line(scales, values, {})}"] if scales else []
     driven = drive_sizes({name: (values[name],) for name in drive_parameters().keys() & values.keys()})
     endings = summary.ending_lines(case, brief=bool(names))
@@ -402,7 +402,10 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
 
 def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
     """Parameters that distinguish a case from the dataset's others; the standard ones always."""
-    apart = {*_NAMES, *(each.name for each in variables.in_si_too().values())}  # sizes in SI have a line of their own
+    apart = {
+        *_NAMES,
+        *(each.name for each in variables.si_coordinates().values()),
+    }  # sizes in SI have a line of their own
     names = [str(name) for name, each in case.coords.items() if not each.dims and name not in apart]
     told = [name for name in names if name in STANDARD or len(set(dataset[name].values.ravel().tolist())) > 1]
     if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius

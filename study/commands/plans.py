@@ -23,11 +23,11 @@ from nanoslip.study.plan.cost import TASK
 from nanoslip.study.plan.plan import KindCount, Plan, kind_counts, make_plan
 from nanoslip.study.plan.task import Task, idle
 from nanoslip.study.report.console import counting, note, whole
-from nanoslip.study.results.files import folder_of, shard_folders
+from nanoslip.study.results.files import results_folder, shard_folders
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.dispatch import MeasuredTimes
-from nanoslip.study.run.executor import rest_of
-from nanoslip.study.run.journal import measured_in
+from nanoslip.study.run.executor import unfinished_tasks
+from nanoslip.study.run.journal import read_task_times
 from nanoslip.study.toml_text import from_toml
 
 # Output for scripts: one JSON document instead of text. The keys are in docs/commands.md.
@@ -155,12 +155,12 @@ def standing(
     out: folder of the results, None for the campaign's own. measure: times of tasks; None: from the journals there.
     sized: whether bytes of all tasks are estimated.
     """
-    into, plan = folder_of(campaign, out), planned(campaign)
+    into, plan = results_folder(campaign, out), planned(campaign)
     stores = tuple(Store(each, whole=False) for each in (into, *shard_folders(into)))
     metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
-    rest = rest_of(plan, failures, {key: meta.origins for key, meta in metas.items()})
-    measured = measure(plan) if measure else measured_in(into, *shard_folders(into))
+    rest = unfinished_tasks(plan, failures, {key: meta.origins for key, meta in metas.items()})
+    measured = measure(plan) if measure else read_task_times(into, *shard_folders(into))
     counts = kind_counts(plan.tasks if sized else plan.distinct, rest.tasks, rest.given_up)
     seconds = {kind: measured.factor(kind) * count.core_seconds_left for kind, count in counts.items()}
     kinds = {kind: replace(count, core_seconds_left=seconds[kind]) for kind, count in counts.items()}
@@ -169,9 +169,9 @@ def standing(
     return Standing(campaign, into, plan, stores, kinds, rest.tasks, rest.given_up, rest.foreign, measured, outcomes)
 
 
-def typed_command(command: str, campaign: Path, into: Path, *options: str) -> str:
+def command_text(command: str, campaign: Path, into: Path, *options: str) -> str:
     """A command on a campaign, for advice: as it is to be typed, with the folder of its results where that is not its own."""
-    out = () if into == folder_of(campaign, None) else ("--out", str(into))
+    out = () if into == results_folder(campaign, None) else ("--out", str(into))
     return whole(f"nanoslip {shlex.join([command, str(campaign), *out, *options])}")
 
 
@@ -180,7 +180,7 @@ def print_foreign(foreign: Mapping[str, Origins], campaign: Path, into: Path, st
     if not foreign:
         return
     parts = "; ".join(f"{count} of {origin}" for origin, count in sorted(census(foreign.values()).items()))
-    again = typed_command("run", campaign, into, "--recompute-foreign")
+    again = command_text("run", campaign, into, "--recompute-foreign")
     found = f"{len(foreign)} finished results are other software's: {parts}; here is {here()}"
     note(f"{found}. They are used as they are; {again} computes them again", stderr=stderr)
 
@@ -196,7 +196,7 @@ LONGEST: Final = 5.0
 """Predicted seconds of a task that is measured, at most, with all that it needs."""
 
 
-def measured_here(plan: Plan) -> MeasuredTimes:
+def measure_tasks(plan: Plan) -> MeasuredTimes:
     """Compute of each kind the longest task that is predicted to take a few seconds at most, and what it needs."""
     from nanoslip.study.accuracy.effects import Done, compute_tasks  # noqa: PLC0415  few plans are measured
 

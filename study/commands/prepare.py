@@ -18,12 +18,12 @@ from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.parameters import Value, has_unit, si_line, words_by_name
 from nanoslip.study.manifest.problems import ManifestError, Problem
-from nanoslip.study.manifest.reader import switched_effects
+from nanoslip.study.manifest.reader import read_effect_switches
 from nanoslip.study.plan import expectations
 from nanoslip.study.plan.plan import KindCount, Plan, ended
 from nanoslip.study.plan.task import PENDING, label_value
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
-from nanoslip.study.results.files import folder_of
+from nanoslip.study.results.files import results_folder
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
 from nanoslip.study.run.launch import cores
@@ -35,7 +35,7 @@ def list_campaigns(as_json: bool) -> None:
     """Print name and title of each campaign that comes with nanoslip."""
     found = shipped.campaign_files()
     if as_json:
-        plans.print_json([{"name": name, "title": title_of(path), "file": str(path)} for name, path in found.items()])
+        plans.print_json([{"name": name, "title": read_title(path), "file": str(path)} for name, path in found.items()])
         return
     print_titles(found)
     note(f"{whole('nanoslip run NAME')} computes one; the files are in {whole(shipped.folder('campaigns'))}")
@@ -43,10 +43,10 @@ def list_campaigns(as_json: bool) -> None:
 
 def print_titles(found: Mapping[str, Path]) -> None:
     """Print name and title of campaigns, by name."""
-    print_entries({name: title_of(path) for name, path in found.items()})
+    print_entries({name: read_title(path) for name, path in found.items()})
 
 
-def title_of(path: Path) -> str:
+def read_title(path: Path) -> str:
     """The title that a campaign file gives itself."""
     return str(tomllib.loads(path.read_text("utf-8"))["title"])
 
@@ -84,11 +84,11 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
     for campaign in campaigns:
         try:
             plan = plans.planned(campaign)
-            note(_counted(campaign, plan))
+            note(report_counts(campaign, plan))
             scaled = [_in_si(plan)] if plan.manifest.stated_scales else []
             print_sentences([*_axes(plan), *scaled, *plans.idle_lines(plan), *plans.ball_lines(plan)])
-            outlook = expectations.outlook_of(plan)
-            expected = [f"expected: {line}" for line in expectations.expected_lines(plan, outlook)]
+            outlook = expectations.plan_outlook(plan)
+            expected = [f"expected: {line}" for line in expectations.flag_prediction_lines(plan, outlook)]
             refused = [f"refused: {line}" for line in _refused(plan)]
             print_sentences([*expectations.duration_lines(plan), *expected, *refused])
         except ManifestError as error:
@@ -97,7 +97,7 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
         raise Refusal("\n".join(map(str, problems)))
 
 
-def _counted(campaign: Path, plan: Plan) -> str:
+def report_counts(campaign: Path, plan: Plan) -> str:
     """Report the number of cases, drives of each case and tasks of a campaign."""
     drives = f", each with {_with_refused(plan.manifest.drives, 'drive')}" if plan.manifest.drives else ""
     tasks = plans.plural(len(plan.distinct), "task")
@@ -139,7 +139,7 @@ def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool
     ranks: number for which the time is estimated beside that of one, None for the cores here. measure: whether tasks are
     measured here.
     """
-    found = plans.standing(campaign, out, plans.measured_here if measure else None, sized=True)
+    found = plans.standing(campaign, out, plans.measure_tasks if measure else None, sized=True)
     if as_json:
         plans.print_json(_data(found, ranks or cores()))
     else:
@@ -147,10 +147,10 @@ def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool
 
 
 def _print(found: plans.Standing, ranks: int) -> None:
-    plan, outlook = found.plan, expectations.outlook_of(found.plan)
+    plan, outlook = found.plan, expectations.plan_outlook(found.plan)
     print_sentences([plan.manifest.title, *_cases(plan), *_axes(plan), _in_si(plan)])
     print_sentences([*plans.idle_lines(plan), *expectations.duration_lines(plan)])
-    not_on = {name: each for name, each in switched_effects(plan.manifest).items() if each != "on"}
+    not_on = {name: each for name, each in read_effect_switches(plan.manifest).items() if each != "on"}
     off = (name if each == "off" else f"{name} ({each})" for name, each in not_on.items())
     note(f"effects that are off or vary: {', '.join(off) or 'none'}")
     print_table(_kinds(found, _CELLS))
@@ -158,7 +158,7 @@ def _print(found: plans.Standing, ranks: int) -> None:
     disk = f"disk: about {results} MB of results, {dataset} MB of dataset"
     print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), disk, expectations.span_line(outlook)])
     for what, lines in (
-        ("expected", expectations.expected_lines(plan, outlook)),
+        ("expected", expectations.flag_prediction_lines(plan, outlook)),
         ("refused", _refused(plan)),
         ("does not fit here", expectations.shortages(plan, found.remaining)),
     ):
@@ -259,12 +259,12 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
         "members": plan.manifest.ensemble.members,
         "refused": refused,
         "drives": [{"drive": label, "refused": message} for label, message in drives],
-        "effects": switched_effects(plan.manifest),
+        "effects": read_effect_switches(plan.manifest),
         "tasks": found.kinds,
         "seconds_left": times,
         "measured": {kind: found.measured.factor(kind) for kind in found.measured.as_data()},
         "disk_bytes": {"results": results, "dataset": dataset},
-        "expected": expectations.expected_lines(plan, expectations.outlook_of(plan)),
+        "expected": expectations.flag_prediction_lines(plan, expectations.plan_outlook(plan)),
         "does_not_fit": list(expectations.shortages(plan, found.remaining)),
         "foreign_results": len(found.foreign),
     }
@@ -286,11 +286,11 @@ def show_status(campaign: Path, out: Path | None, as_json: bool) -> None:
         note(found.plan.manifest.title)
         print_table(*_tables(found))
         if found.given_up:
-            again = plans.typed_command("run", campaign, found.into, "--retry")
+            again = plans.command_text("run", campaign, found.into, "--retry")
             tasks = plans.plural(len(found.given_up), "task")
             note(f"{tasks} are not tried any more: failed, or need one that has; {again} tries again")
         if len(found.stores) > 1:
-            merge = plans.typed_command("merge", campaign, found.into)
+            merge = plans.command_text("merge", campaign, found.into)
             shards = plans.plural(len(found.stores) - 1, "shard")
             note(f"counted with the results of {shards} not merged yet; {merge} brings them together")
         plans.print_foreign(found.foreign, campaign, found.into)
@@ -335,8 +335,8 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
     with plans.refusals(SiteError):
         found = plans.standing(campaign, out)  # what is wrong with it is better known before the queue than after
         settings, template = load_site(used)
-        into = _plain(folder_of(campaign, out))
-        memory = max(map(expectations.need_of, found.remaining), default=0.0)
+        into = _plain(results_folder(campaign, out))
+        memory = max(map(expectations.memory_need, found.remaining), default=0.0)
         job = Job(_plain(campaign), into, memory)
         if shards is None:
             texts = {into / "job.sh": script(job, settings, template)}

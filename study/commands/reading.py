@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from nanoslip.solver.outcome import quoted
+from nanoslip.solver.outcome import quote_value
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.commands.plans import plural
 from nanoslip.study.commands.words import Refusal
@@ -11,7 +11,7 @@ from nanoslip.study.manifest.parameters import as_written, plain
 from nanoslip.study.measured.columns import FileColumns, OneWay
 
 
-def in_unit_of(name: str, text: str | None, unit: str, positive: bool = False) -> float:
+def parse_option(name: str, text: str | None, unit: str, positive: bool = False) -> float:
     """An option's value in an SI unit; NaN where it is not given. Raises Refusal."""
     if text is None:
         return math.nan
@@ -22,7 +22,7 @@ def in_unit_of(name: str, text: str | None, unit: str, positive: bool = False) -
     if math.isfinite(value) and (value > 0.0 or not positive):
         return value
     need = f"a number{' above 0' * positive}"
-    raise Refusal(f'--{name} = {quoted(text)}: needs {need}, or one with a unit as "1 {as_written(unit)}"')
+    raise Refusal(f'--{name} = {quote_value(text)}: needs {need}, or one with a unit as "1 {as_written(unit)}"')
 
 
 def separation(columns: FileColumns) -> str:
@@ -36,7 +36,7 @@ def lines_left_out(columns: FileColumns, rows: OneWay, holes: int) -> Iterator[s
     """Lines that were left out, and equal places."""
     number, line, text = columns.left_out
     if number:
-        yield f"{plural(number, 'line')} of other text left out, the first is line {line}: {quoted(text)}"
+        yield f"{plural(number, 'line')} of other text left out, the first is line {line}: {quote_value(text)}"
     if holes:
         yield f"{plural(holes, 'line')} with a hole left out"
     if rows.restored:

@@ -6,7 +6,7 @@ from pathlib import Path
 from nanoslip.study.commands.plans import refusals
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.report.console import note
-from nanoslip.study.results.files import Shard, folder_of
+from nanoslip.study.results.files import Shard, results_folder
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import cores, processes_started, task_program
@@ -21,7 +21,7 @@ def run_campaign(
     """
     if processes_started() == 1:  # of several ranks the root reads it, as all others wait for its answer
         load_manifest(campaign)  # what is wrong is answered before anything is loaded that computes
-    into = folder_of(campaign, out)
+    into = results_folder(campaign, out)
     if jobs and jobs > cores():
         note(f"-j {jobs}: {cores()} cores here; more processes than cores are no faster", stderr=True)
     with refusals(FarmError):

@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.solver.outcome import InvalidInput, quote_value
 from nanoslip.solver.view import with_error
-from nanoslip.study.commands.datasets import assignments, dataset_of, reason_of
+from nanoslip.study.commands.datasets import assignments, error_message, find_dataset
 from nanoslip.study.commands.plans import plural, print_json
-from nanoslip.study.commands.reading import in_unit_of, lines_left_out, separation
+from nanoslip.study.commands.reading import lines_left_out, parse_option, separation
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.table import one_case
@@ -115,22 +115,22 @@ class TraceReading(NamedTuple):
             raise Refusal("--time and --displacement exclude each other: the force is measured over one of the two")
         given = TraceOptions(self.time or "", self.displacement or "", self.force or "", self.columns or ())
         trace = read_trace(file, file_text(file), given)
-        load = in_unit_of("load", self.load, "N", positive=True)
-        velocity = in_unit_of("velocity", self.velocity, "m s-1", positive=True)
+        load = parse_option("load", self.load, "N", positive=True)
+        velocity = parse_option("velocity", self.velocity, "m s-1", positive=True)
         unit = "s" if trace.over == "time" else "m"
-        trace = trace.between(in_unit_of("from", self.start, unit), in_unit_of("to", self.end, unit))
-        offset = in_unit_of("offset", self.offset, trace.unit)
-        drift = in_unit_of("drift", self.drift, f"N {unit}-1")
+        trace = trace.between(parse_option("from", self.start, unit), parse_option("to", self.end, unit))
+        offset = parse_option("offset", self.offset, trace.unit)
+        drift = parse_option("drift", self.drift, f"N {unit}-1")
         trace = trace.without(*(0.0 if math.isnan(value) else value for value in (offset, drift)))
         if math.isnan(load) and not (trace.unit == "N" and trace.load is not None and has_changing_load(trace.load)):
-            trace = trace.per_load()
-        return (trace if math.isnan(velocity) else trace.at_velocity(velocity)), load, velocity
+            trace = trace.divide_by_load()
+        return (trace if math.isnan(velocity) else trace.convert_to_time(velocity)), load, velocity
 
     def numbers(self, file: Path) -> tuple[Trace, float, TraceNumbers]:
         """The trace, its load and its numbers. Raises Refusal."""
         try:
             trace, load, velocity = self.trace(file)
-            rig = in_unit_of("rig", self.rig, "N m-1", positive=True)
+            rig = parse_option("rig", self.rig, "N m-1", positive=True)
             found = measure_trace(trace, load, velocity, self.damping, math.inf if math.isnan(rig) else rig)
             return trace, load, found
         except InvalidInput as error:
@@ -146,7 +146,7 @@ def show_trace(
     **reading: Any,
 ) -> None:
     """Print the numbers of a trace, beside those of a computed drive, and draw it. reading: see `TraceReading`."""
-    form = shared.format_of(picture) if picture else ""
+    form = shared.file_format(picture) if picture else ""
     trace, weight, found = TraceReading(**reading).numbers(file)
     if over and trace.unit == "N" and math.isnan(weight):
         raise Refusal('--over: needs --load, as "100 N": computed forces are shares of the load')
@@ -179,7 +179,7 @@ def _as_read(trace: Trace) -> str:
 def _left_out(source: TraceSource) -> Iterator[str]:
     """Lines and samples that were left out or mended, and the columns that were taken from more than two."""
     if len(source.columns.columns) > 2:
-        yield f"columns {', '.join(map(quoted, source.taken))}"
+        yield f"columns {', '.join(map(quote_value, source.taken))}"
     yield from lines_left_out(source.columns, source.rows, source.holes)
     if source.spikes:
         yield f"{plural(source.spikes, 'sample')} far from the neighbours left out"
@@ -189,11 +189,11 @@ def _left_out(source: TraceSource) -> Iterator[str]:
 
 def _of_drive(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
     """The motion of one computed drive, with its numbers. Raises Refusal if it is not one."""
-    with dataset_of(source) as dataset:
+    with find_dataset(source) as dataset:
         try:
             return Accessor(one_case(dataset, assignments(parameters))).trajectory().load()
         except (KeyError, ValueError) as error:
-            raise Refusal(f"--over {source}: {reason_of(error)}") from None
+            raise Refusal(f"--over {source}: {error_message(error)}") from None
 
 
 def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:

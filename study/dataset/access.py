@@ -14,7 +14,7 @@ from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.file import Groups, LostGroupsError, groups_of, tree_of, with_texts
+from nanoslip.study.dataset.file import Groups, LostGroupsError, make_tree, read_groups, with_texts
 from nanoslip.study.dataset.table import (
     CASE,
     CaseRows,
@@ -27,29 +27,29 @@ from nanoslip.study.dataset.table import (
 from nanoslip.study.plan.kinds import MEMBER
 
 
-def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Dataset, xr.Dataset]:
+def read_run(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Dataset, xr.Dataset]:
     """The run of one case in a group, as it stands there, and the case's scalars.
 
     Raises KeyError if no case is like that, ValueError if several are or the one has no run.
     """
-    found = selected(root, id_of(root, name), selection)
+    found = selected(root, run_id_name(root, name), selection)
     if len(found) != 1:
         counts = {dim: len(set(column)) for dim, column in found.positions.items()}
         several = [f"{dim} has {count} values" for dim, count in counts.items() if count > 1]
         raise ValueError(f"{selection_text(selection)}: needs to single out one case, but {', '.join(several)}")
     case = next(iter(found))
-    slices = cut(root, name, [case[id_of(root, name)].values.item()])
+    slices = cut(root, name, [case[run_id_name(root, name)].values.item()])
     if slices is None:
         raise ValueError(f"{selection_text(selection)}: this case has no {name}")
-    group = groups_of(root)[name]
+    group = read_groups(root)[name]
     group = group.drop_vars([each for each in group.variables if name in group[each].dims])
     return group.isel({dim: windows_[0] for dim, windows_ in slices.items()}), case
 
 
-def id_of(root: xr.Dataset, name: str) -> str:
+def run_id_name(root: xr.Dataset, name: str) -> str:
     """The variable that names the run of each case. Raises ValueError if a dataset has no such group."""
     known = variables.all_groups()[name].id.name
-    groups = groups_of(root)
+    groups = read_groups(root)
     if not groups:
         raise ValueError(f"this dataset was saved without groups ({name}): .nanoslip.tree.to_netcdf(path) keeps them")
     if name not in groups:
@@ -62,7 +62,7 @@ def id_of(root: xr.Dataset, name: str) -> str:
 
 def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] | None:
     """Sample dimension -> where the runs of these names are; None if there is none of a name."""
-    group = groups_of(root)[name]
+    group = read_groups(root)[name]
     numbers = {label: number for number, label in enumerate(group[name].values.tolist())}
     if not all(isinstance(each, str) and each for each in ids):
         return None
@@ -79,7 +79,7 @@ def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] |
 
 def along_si(root: xr.Dataset) -> xr.Dataset:
     """A dataset whose cases lie along the lengths and loads in SI, `normal_load_si` for `normal_load`. Raises ValueError."""
-    twins = {name: twin.name for name, twin in variables.in_si_too().items() if twin.name in root.coords}
+    twins = {name: twin.name for name, twin in variables.si_coordinates().items() if twin.name in root.coords}
     if not twins:
         raise ValueError("si = True: lengths and loads in SI need a campaign with [scales]")
     found = root.swap_dims({name: twin for name, twin in twins.items() if name in root.dims})
@@ -94,7 +94,7 @@ def of_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
     """A number of all members of each row, (members,) each: none of a row without a result, the row's own value alone of a
     parameter and of anything that members do not have each."""
     try:
-        groups = groups_of(rows.root)
+        groups = read_groups(rows.root)
     except LostGroupsError:  # numbers alone, as those of joined campaigns
         groups = Groups({})
     for group_name, group in variables.all_groups().items():
@@ -137,7 +137,7 @@ class Accessor:
     @property
     def tree(self) -> xr.DataTree:
         """The dataset with all its groups, as `xr.open_datatree` gives it of a file; `tree.to_netcdf(path)` keeps all of it."""
-        return tree_of(self._dataset)
+        return make_tree(self._dataset)
 
     def sel(self, **selection: Any) -> xr.Dataset:
         """The cases that are selected, as by xarray's `sel`; values may have units, `normal_load="0.2 N"`."""
@@ -148,7 +148,7 @@ class Accessor:
 
         >>> data.nanoslip.record(radius=200).event_force_after.plot(x="displacement")  # doctest: +SKIP
         """
-        run, case = run_of(self._dataset, "record", selection)
+        run, case = read_run(self._dataset, "record", selection)
         return _dropping(_with(run, case)).assign_coords(event=_numbers(run.sizes["event"]))
 
     def teeth(self, **selection: Any) -> xr.Dataset:
@@ -156,7 +156,7 @@ class Accessor:
 
         Start and end are there, too, if the case has one member: of several the dataset has their means.
         """
-        run, case = run_of(self._dataset, "record", selection)
+        run, case = read_run(self._dataset, "record", selection)
         force = np.column_stack([run[name].values for name in FRICTION]).ravel()
         displacement = np.repeat(run["displacement"].values, 2)
         if case.get(variables.MEMBERS.name, 1) == 1:
@@ -182,7 +182,7 @@ class Accessor:
 
         size: slips, extent, drop, energy or step. Of campaigns with `[outputs] statistics`.
         """
-        run, case = run_of(self._dataset, "event_sizes", selection)
+        run, case = read_run(self._dataset, "event_sizes", selection)
         if size not in SIZES:
             raise KeyError(f"size = {size!r}: needs one of {', '.join(SIZES)}")
         there = np.flatnonzero(run["bin_of"].values == list(SIZES).index(size))
@@ -190,7 +190,7 @@ class Accessor:
 
     def trajectory(self, **selection: Any) -> xr.Dataset:
         """The motion of the pin of one case and drive over `sample` with the coordinate `time`; its slips over `slip_phase`."""
-        return _with(*run_of(self._dataset, "trajectory", selection))
+        return _with(*read_run(self._dataset, "trajectory", selection))
 
     def samples(self, **selection: Any) -> xr.Dataset:
         """All samples of the motion in all cases and drives that are selected over `sample`: one long table, as `events`."""
@@ -198,7 +198,7 @@ class Accessor:
 
     def path(self, **selection: Any) -> xr.Dataset:
         """The path of pin and load of one case: F/W over `path_point` with `path_displacement`, its legs over `turn`."""
-        return _with(*run_of(self._dataset, "path", selection))
+        return _with(*read_run(self._dataset, "path", selection))
 
     def paths(self, **selection: Any) -> xr.Dataset:
         """All points of the paths of all cases that are selected over `path_point`: one long table, as `events`."""
@@ -226,7 +226,7 @@ class Accessor:
         return self._seen("interior", event, selection)
 
     def _seen(self, name: str, event: int | None, selection: Selection) -> xr.Dataset:
-        run, case = run_of(self._dataset, name, selection)
+        run, case = read_run(self._dataset, name, selection)
         dim = f"{name}_node"
         of_nodes = run["event"].values
         there = list(dict.fromkeys(of_nodes.tolist()))
@@ -241,10 +241,10 @@ class Accessor:
 
     def _joined(self, name: str, sample: str, selection: Selection) -> xr.Dataset:
         """Concatenate the runs of a group, with the parameters that vary and the number within a run as coordinates."""
-        found = selected(self._dataset, id_of(self._dataset, name), selection)
-        ids = found.values(id_of(self._dataset, name))
+        found = selected(self._dataset, run_id_name(self._dataset, name), selection)
+        ids = found.values(run_id_name(self._dataset, name))
         here = np.array([isinstance(each, str) and each != "" for each in ids], np.bool_)
-        group = groups_of(self._dataset)[name]
+        group = read_groups(self._dataset)[name]
         names = [each for each in group.variables if group[each].dims == (sample,)]
         if not names:
             raise ValueError(f"this dataset has no {sample}s: its campaign leaves them out (see [outputs])")
@@ -290,7 +290,7 @@ def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
             units = {"1": ""}.get(unit := str(root[name].attrs.get("units", "1")), f" {unit}")
             yield name, " to ".join(ends) + units
     try:
-        yield "groups", ", ".join(name for name in groups_of(root) if name != variables.SOFTWARE[0].name) or "none"
+        yield "groups", ", ".join(name for name in read_groups(root) if name != variables.SOFTWARE[0].name) or "none"
     except LostGroupsError:
         yield "groups", "lost"
     facts = {"by": "creator_name", "licence": "license", "nanoslip": "nanoslip_version", "commit": "source_commit"}
@@ -334,7 +334,7 @@ _TABLES: Final = {"records": Accessor.events, "trajectories": Accessor.samples, 
 """Tables of runs, by what they are rows of."""
 
 
-def columns_of(root: xr.Dataset, table: str | None = None) -> list[Column]:
+def case_columns(root: xr.Dataset, table: str | None = None) -> list[Column]:
     """Every parameter and scalar of a dataset over its cases, or over its cases and drives where it has drives.
 
     table: of _TABLES, for every event of every friction record, or every sample of every drive or every point of

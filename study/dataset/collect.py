@@ -27,7 +27,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import needed
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import Quantity, attributes
-from nanoslip.solver.sliding.validity import advice_on, expected_flags, flags_in, mask_of
+from nanoslip.solver.sliding.validity import advice_on, decode_flags, encode_flags, predict_flags
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.file import (
@@ -37,17 +37,17 @@ from nanoslip.study.dataset.file import (
     DatasetFormatError,
     carrying,
     is_edited,
+    read_seal,
     reading,
-    seal_of,
 )
-from nanoslip.study.dataset.variables import DRIVE, Group, Runs, Series, in_si_too, parameters, scalars, texts
-from nanoslip.study.manifest.cases import CampaignCase, Heard, labels_of
+from nanoslip.study.dataset.variables import DRIVE, Group, Runs, Series, parameters, scalars, si_coordinates, texts
+from nanoslip.study.manifest.cases import CampaignCase, Heard, common_labels
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, in_files
+from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, file_parameters
 from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, census, mixture, stemming
-from nanoslip.study.plan.kinds import KINDS, needed_kinds, unrequested
+from nanoslip.study.plan.kinds import KINDS, required_kinds, unrequested_names
 from nanoslip.study.plan.plan import NOTHING_KNOWN, CaseTasks, Plan, case_outcome, drive_outcome
-from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, OF_PATH, PENDING, Exclusion, TaskResult, without_effect
+from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, OF_PATH, PENDING, Exclusion, TaskResult, ineffective_parameters
 from nanoslip.study.results import files
 from nanoslip.study.results.store import Store, StoreError
 
@@ -79,7 +79,7 @@ class Layout:
         return numbers.transpose([list(self.axes).index(name) for name in self.order]).ravel()
 
 
-def layout_of(manifest: Manifest) -> Layout:
+def case_layout(manifest: Manifest) -> Layout:
     """The axes where the design is a full product, else the list of cases.
 
     Drives lie along `drive`, where there are several tables of them, and along the drive axes of several values.
@@ -92,7 +92,7 @@ def layout_of(manifest: Manifest) -> Layout:
     }
     if manifest.design != "product":
         return Layout({"case": tuple(range(manifest.case_count))}, ("case",), drive_axes, position)
-    values = {**{name: (value,) for name, value in labels_of(manifest).standard.items()}, **manifest.axes}
+    values = {**{name: (value,) for name, value in common_labels(manifest).standard.items()}, **manifest.axes}
     further = (name for name in manifest.axes if name not in STANDARD)
     axes = {name: tuple(values[name]) for name in (*STANDARD, *further)}
     order = tuple(dict.fromkeys([*(name for name in manifest.axes if name in axes), *axes]))
@@ -106,7 +106,7 @@ def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
     for name in ("drive", *parameters()) if points else ():
         label = variables.DRIVE_NAME if name == "drive" else parameters()[name]
         if name in layout.drive_axes:
-            found[name] = (name, array_of(layout.drive_axes[name]), attributes(label))
+            found[name] = (name, label_array(layout.drive_axes[name]), attributes(label))
             continue
         given = {position: point.get(name) for position, point in points.items()}
         if any(value is not None for value in given.values()):
@@ -124,10 +124,10 @@ def _spread(given: Mapping[tuple[int, ...], Any], axes: Mapping[str, Sequence[Va
         first = values.take([0], dims.index(axis))
         if axis != "drive" and np.all(values == first):
             values, dims = first.squeeze(dims.index(axis)), tuple(dim for dim in dims if dim != axis)
-    return dims, array_of(values.ravel().tolist()).reshape(values.shape)[()]
+    return dims, label_array(values.ravel().tolist()).reshape(values.shape)[()]
 
 
-def array_of(values: Sequence[Any]) -> NDArray[Any]:
+def label_array(values: Sequence[Any]) -> NDArray[Any]:
     """Values of a label, texts at their length; None is a missing value."""
     words = any(isinstance(value, str) for value in values)
     missing: Any = "" if words else np.nan
@@ -142,13 +142,13 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
     """Parameters along their dimension, over the cases where they vary, else once; none that changes no result."""
     dims, places = tuple(layout.axes), layout.places
     found: dict[str, Any] = {
-        name: (name, array_of(values), attributes(_parameter(name))) for name, values in layout.axes.items()
+        name: (name, label_array(values), attributes(_parameter(name))) for name, values in layout.axes.items()
     }
     ids = _at(places, [case.case_id for case in cases])
     found["case_id"] = (dims, ids.reshape(layout.shape), attributes(variables.CASE_ID))
-    kinds = needed_kinds(manifest)
+    kinds = required_kinds(manifest)
     exclusions = OF_ALL if "record" in kinds else OF_PATH if "path" in kinds else OF_CONTACT
-    files = [name for name in in_files() if name in manifest.axes]
+    files = [name for name in file_parameters() if name in manifest.axes]
     names = [name for name in (*parameters(), *files) if name not in layout.axes]
     able = sum(case.case is not None for case in cases)
     along = {*manifest.axes, *STANDARD} if "case" in dims else ()
@@ -166,10 +166,10 @@ def _in_si(manifest: Manifest, found: Mapping[str, Any]) -> dict[str, Any]:
     """Coordinates with lengths and loads in m and N beside the others, if a campaign gives scales."""
     if (scales := manifest.stated_scales) is None:
         return {}
-    sizes = {name: getattr(scales, parameters_of_a_case()[name].scale) for name in in_si_too()}
+    sizes = {name: getattr(scales, parameters_of_a_case()[name].scale) for name in si_coordinates()}
     given = {name: found[name] for name in sizes if name in found}
     return {
-        in_si_too()[name].name: (dims, np.asarray(values, float) * sizes[name], attributes(in_si_too()[name]))
+        si_coordinates()[name].name: (dims, np.asarray(values, float) * sizes[name], attributes(si_coordinates()[name]))
         for name, (dims, values, _) in given.items()
     }
 
@@ -179,20 +179,22 @@ def _values(case: CampaignCase, names: Sequence[str], exclusions: tuple[Exclusio
     if case.case is None:
         return tuple(map(case.parameters.get, names))
     named = {name: value for name, value in case.parameters.items() if isinstance(value, FileName)}
-    without, given = without_effect(case.case, exclusions), {**case.case.flat, **named}
+    without, given = ineffective_parameters(case.case, exclusions), {**case.case.flat, **named}
     return tuple([None if name in without else given.get(name) for name in names])
 
 
 def _at(places: NDArray[np.intp], values: Sequence[Any]) -> NDArray[Any]:
     """Arrange values at their places; None is a missing value."""
-    given = array_of(values)
+    given = label_array(values)
     found = np.empty(len(values), np.int64 if given.dtype == np.bool_ else given.dtype)
     found[places] = given
     return found
 
 
 def _parameter(name: str) -> Quantity:
-    return parameters().get(name) or Quantity(name, f"{'file' if name in in_files() else 'number'} of the {name}")
+    return parameters().get(name) or Quantity(
+        name, f"{'file' if name in file_parameters() else 'number'} of the {name}"
+    )
 
 
 # The variables of a dataset over its cases, and over the drives of each.
@@ -279,14 +281,14 @@ class CaseVariables:
                 self.put(_COUNTED[result.kind].name, place, drive, count)
         if len(waiting) >= PIECE:
             self._enter_waiting(result.kind)
-        if (flags := flags_of(case, result)) is not None:
+        if (flags := member_flags(case, result)) is not None:
             if result.kind == "path":  # beside its record's
                 flags |= int(self._values[variables.VALIDITY.name][place])
             self.put(variables.VALIDITY.name, place, drive, flags)
             self.put(variables.ADVICE.name, place, drive, _advice(flags))
 
     def _declare_all(self, manifest: Manifest, groups: Sequence[Group]) -> None:
-        kinds = needed_kinds(manifest)
+        kinds = required_kinds(manifest)
         for kind, ended in variables.OUTCOMES.items():
             for text in ended if not kind or kind in kinds else ():
                 self._declare(kind, text, PENDING if text == ended.ending else "")
@@ -295,7 +297,7 @@ class CaseVariables:
         if DRIVE in kinds:
             self._declare(DRIVE, variables.DRIVE_MEMBERS, np.nan)
         for kind in (each for each in KINDS if each in kinds):
-            apart = unrequested(KINDS[kind], manifest)
+            apart = unrequested_names(KINDS[kind], manifest)
             for name, quantity in scalars(kind):
                 for own in (quantity, *quantity.beside) if name not in apart else ():
                     self._declare(kind, own, "" if own.words else np.int32(0) if own.whole else np.nan)
@@ -353,7 +355,7 @@ class CaseVariables:
 
 @lru_cache
 def _advice(flags: int) -> str:
-    return advice_on(flags_in(flags))
+    return advice_on(decode_flags(flags))
 
 
 @lru_cache
@@ -418,7 +420,7 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
 
     Raises StoreError. heard: callback, called with the number of collected cases.
     """
-    manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)
+    manifest, layout, runs = plan.manifest, case_layout(plan.manifest), _runs(plan.manifest, store.folder)
     table = CaseVariables(manifest, layout, [each.group for each in runs])
     finished, origins = Finished(plan, store), dict[str, Origins]()
     drives = {drive.label: drive.drive for drive in manifest.drives}
@@ -448,7 +450,7 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
 
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
     meanwhile = folder if os.access(folder, os.W_OK) else None
-    kinds = needed_kinds(manifest)
+    kinds = required_kinds(manifest)
     wanted = {
         group.name: tuple(
             _requested(each, manifest) for each in group.series if each.kind in kinds and each.wanted(manifest)
@@ -460,7 +462,7 @@ def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
 
 def _requested(series: Series, manifest: Manifest) -> Series:
     """A series without the columns that a campaign does not request."""
-    apart = unrequested(KINDS[series.kind], manifest)
+    apart = unrequested_names(KINDS[series.kind], manifest)
     return replace(series, columns={name: each for name, each in series.columns.items() if name not in apart})
 
 
@@ -480,7 +482,7 @@ def _attributes(manifest: Manifest, counts: Mapping[Origin, int]) -> dict[str, A
     }
 
 
-def flags_of(case: Case, result: TaskResult) -> int | None:
+def member_flags(case: Case, result: TaskResult) -> int | None:
     """The flags that any member's contact or record has, as bits; where no contact was reached, those to be expected of it.
 
     None for other kinds of results.
@@ -489,7 +491,7 @@ def flags_of(case: Case, result: TaskResult) -> int | None:
         return None
     members = zip(*(result.scalars.get(name, ()) for name in ("validity_flags", "contact_half_width")), strict=True)
     reached = [int(flags) for flags, width in members if not (math.isnan(flags) or math.isnan(width))]
-    return reduce(or_, reached) if reached else mask_of(expected_flags(case))
+    return reduce(or_, reached) if reached else encode_flags(predict_flags(case))
 
 
 # A dataset is not replaced by one with fewer finished cases: results may be lost, damaged, or another campaign's.
@@ -547,7 +549,7 @@ NOTE: Final = "dataset.json"
 """File among the results that records the inputs of the dataset beside them."""
 
 
-def made_of(manifest: Manifest, store: Store) -> str:
+def dataset_hash(manifest: Manifest, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
     texts = (manifest.text, *manifest.files.items())
     found = hashlib.sha256(content_hash(all_sources_hash(), manifest.path.name, *texts).encode())
@@ -558,7 +560,7 @@ def made_of(manifest: Manifest, store: Store) -> str:
     return found.hexdigest()
 
 
-def is_made_of(path: Path, store: Store, expected: str) -> bool:
+def is_current_dataset(path: Path, store: Store, expected: str) -> bool:
     """True if the file is the last one written, from exactly these results, whether somebody has edited it since or not.
 
     Its bytes are checked when it is opened.
@@ -577,4 +579,4 @@ def write_state(path: Path, store: Store, made: str) -> None:
 
 
 def _state_of(path: Path, made: str) -> dict[str, object]:
-    return {"made_of": made, "seal": seal_of(path), "bytes": path.stat().st_size}
+    return {"made_of": made, "seal": read_seal(path), "bytes": path.stat().st_size}

@@ -14,9 +14,9 @@ from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.agreement import Runs, Verdict, deviations, identical, magnitude, verdict_of, worst
-from nanoslip.study.dataset.file import groups_of
+from nanoslip.study.dataset.file import read_groups
 from nanoslip.study.dataset.table import CaseRows, case_rows
-from nanoslip.study.manifest.parameters import FILE_KEYS, TABLES, Value, words_of
+from nanoslip.study.manifest.parameters import FILE_KEYS, TABLES, Value, table_words
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.plan import NOTHING_KNOWN
 from nanoslip.study.toml_text import from_toml, shown
@@ -51,7 +51,7 @@ class Matched:
         return self.both[0].root, self.both[1].root
 
 
-def matched(pair: Pair, kind: str) -> Matched:
+def match_rows(pair: Pair, kind: str) -> Matched:
     """Match the rows of cases ("") or drives that both datasets have. Raises NotComparableError if rows are ambiguous."""
     one, other = (case_rows(root, variables.OUTCOMES[kind].ending.name) for root in pair)
     known = (*variables.parameters(), variables.DRIVE_NAME.name)
@@ -133,7 +133,7 @@ def observed(found: Matched) -> Iterator[Observed]:
                 yield Observed(label, name, both, *_verdict(both, errors, members, scale))
 
 
-def unjudged(found: Matched) -> tuple[list[str], list[str]]:
+def list_unjudged(found: Matched) -> tuple[list[str], list[str]]:
     """Numbers without uncertainty: those that differ in any shared case, and the others."""
     names = [name for name in _names(found) if not _judged(found, name)]
     same = [name for name in names if identical(*(rows.values(name) for rows in found.both))]
@@ -142,7 +142,7 @@ def unjudged(found: Matched) -> tuple[list[str], list[str]]:
 
 def _names(found: Matched) -> list[str]:
     """Shared variables of cases or drives, without companions such as ± and without provenance."""
-    driven = variables.of_drives() | {each.name for each in variables.OUTCOMES[variables.DRIVE]}
+    driven = variables.drive_variables() | {each.name for each in variables.OUTCOMES[variables.DRIVE]}
     apart = variables.run_names() | {"advice"}
     apart |= {each.name for _, *others in variables.OUTCOMES.values() for each in others}
     shared = (str(name) for name in found.roots[0].data_vars if name not in apart)
@@ -177,14 +177,14 @@ def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[
         return Verdict.IDENTICAL, 0.0
     difference = abs(both[0] - both[1]) if here.dtype.kind in "fiu" else math.nan
     if math.isnan(difference):
-        return _NOT_KNOWN if _by_chance(both, members) else (Verdict.DIFFERENT, math.inf)
+        return _NOT_KNOWN if may_differ_by_chance(both, members) else (Verdict.DIFFERENT, math.inf)
     found, _ = verdict_of(here, there, scale, errors, STANDARD_DEVIATIONS)
     if found is Verdict.NOT_JUDGED:
         return _NOT_KNOWN
     return found, 0.0 if found is Verdict.ROUNDING else float(deviations(*both, errors))
 
 
-def _by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
+def may_differ_by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
     """True if values that cannot be subtracted may differ only through the choice of members (NaN: a single case)."""
     if all(map(math.isnan, members)):
         return False
@@ -198,7 +198,7 @@ def _by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
 
 def compared_runs(found: Matched) -> dict[str, tuple[int, int]]:
     """Group of runs that both datasets have -> shared cases or drives whose runs are the same within rounding, and others."""
-    both = [groups_of(root) for root in found.roots]
+    both = [read_groups(root) for root in found.roots]
     counts = {}
     for name, group in variables.all_groups().items():
         if group.driven != bool(found.kind) or not all(name in groups for groups in both):
@@ -253,7 +253,7 @@ def _keys_of_facts(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """The keys of a campaign file that are no parameters: `stages`, `ensemble.members`, `outputs.records`, `limits.seconds`."""
     for key, value in document.items():
         if isinstance(value, Mapping) and (key in TABLES or key not in _NO_FACTS):
-            known = words_of(key) if key in TABLES else ()
+            known = table_words(key) if key in TABLES else ()
             yield from ((f"{key}.{inner}", each) for inner, each in value.items() if inner not in known)
         elif key not in _NO_FACTS:
             yield key, value

@@ -18,7 +18,7 @@ import xarray as xr
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset import texts
 from nanoslip.study.dataset.texts import TEXTS, TextsByName, are_stored, are_texts
-from nanoslip.study.results.files import NO_FILE, free_name, is_no_file, open_regular, write_to, written_whole
+from nanoslip.study.results.files import NO_FILE, free_name, is_no_file, open_regular, write_fully, writing_whole
 from nanoslip.study.results.store import StoreError
 
 # The last line of a dataset's file: a checksum of all before it. netCDF ignores it; whoever changes the file removes it.
@@ -31,10 +31,10 @@ _CHUNK: Final = 2**20
 def seal(path: Path) -> None:
     """Append the checksum line to a file."""
     digest = _digest(path, path.stat().st_size)
-    write_to(path, [f"\nsha256 {digest}\n".encode("ascii")], os.O_APPEND)
+    write_fully(path, [f"\nsha256 {digest}\n".encode("ascii")], os.O_APPEND)
 
 
-def seal_of(path: Path) -> str | None:
+def read_seal(path: Path) -> str | None:
     """The checksum that a file ends with, None if it has none. Raises OSError."""
     length = path.stat().st_size - _LENGTH
     if length < 0:
@@ -71,7 +71,7 @@ def is_edited(path: Path) -> bool:
     """
     try:
         # Where only the line is damaged there is more behind what HDF5 takes for the end.
-        if is_no_file(path) or seal_of(path) is not None or _end_of_hdf5(path) != path.stat().st_size:
+        if is_no_file(path) or read_seal(path) is not None or _end_of_hdf5(path) != path.stat().st_size:
             return False
         with netCDF4.Dataset(path) as found:
             return FORMAT in found.ncattrs()
@@ -147,7 +147,7 @@ class Groups(dict[str, xr.Dataset]):
 
 
 def carrying(root: xr.Dataset, groups: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Let a root carry its groups, which `groups_of` finds again; returns the root."""
+    """Let a root carry its groups, which `read_groups` finds again; returns the root."""
     held = Groups(groups)
     root.encoding = {**root.encoding, _KEY: held}
     if _LABEL in root.variables:
@@ -155,7 +155,7 @@ def carrying(root: xr.Dataset, groups: Mapping[str, xr.Dataset]) -> xr.Dataset:
     return root
 
 
-def groups_of(root: xr.Dataset) -> Groups:
+def read_groups(root: xr.Dataset) -> Groups:
     """The groups of a dataset, of its selections, or of a file that xarray itself opened. Raises LostGroupsError."""
     places = [root.encoding, root[_LABEL].encoding if _LABEL in root.variables else {}]
     for encoding in places:
@@ -176,7 +176,7 @@ def open_groups(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
     found = {name.strip("/"): group for name, group in xr.open_groups(path, engine="netcdf4").items()}
     closing = [each._close for each in found.values() if each._close]
     try:
-        table = texts.table_of(found.pop(TEXTS, None))
+        table = texts.text_table(found.pop(TEXTS, None))
         found = {name: _with_texts(group, table) for name, group in found.items()}
     except Exception:
         _close_all(closing)
@@ -205,7 +205,7 @@ def with_texts(root: xr.Dataset) -> xr.Dataset:
     if not source.is_file():
         return _with_texts(root, {})
     with xr.open_dataset(source, group=TEXTS, engine="netcdf4") as group:
-        return _with_texts(root, texts.table_of(group))
+        return _with_texts(root, texts.text_table(group))
 
 
 def _close_all(closing: Sequence[Callable[[], None]]) -> None:
@@ -214,20 +214,20 @@ def _close_all(closing: Sequence[Callable[[], None]]) -> None:
         close()
 
 
-def tree_of(root: xr.Dataset) -> xr.DataTree:
+def make_tree(root: xr.Dataset) -> xr.DataTree:
     """Root and groups as one tree."""
-    return xr.DataTree.from_dict({ROOT: root, **groups_of(root)})
+    return xr.DataTree.from_dict({ROOT: root, **read_groups(root)})
 
 
 def loaded(root: xr.Dataset) -> xr.Dataset:
     """The dataset with all values in memory, its groups' too."""
-    return carrying(root.load(), {name: group.load() for name, group in groups_of(root).items()})
+    return carrying(root.load(), {name: group.load() for name, group in read_groups(root).items()})
 
 
-def flattened(root: xr.Dataset) -> dict[str, xr.DataArray]:
+def flatten_variables(root: xr.Dataset) -> dict[str, xr.DataArray]:
     """Every variable by its path: `plateau_mean`, `record/event_slips`."""
     found = {str(name): root[name] for name in root.variables}
-    for group, values in groups_of(root).items():
+    for group, values in read_groups(root).items():
         found |= {f"{group}/{name}": values[name] for name in values.variables}
     return found
 
@@ -246,7 +246,7 @@ def write_tree(tree: xr.DataTree, path: Path) -> None:
     netCDF4.set_chunk_cache(0)  # else all chunks of all variables stay in memory until the file is closed
     try:
         with netCDF4.Dataset(path, "w") as opened:
-            for place, group in _stored(tree):
+            for place, group in stored_content(tree):
                 variables, attributes = xr.conventions.encode_dataset_coordinates(group)
                 for name, variable in variables.items():
                     variable.encoding |= _encoding(variable, name in group.coords)
@@ -258,7 +258,7 @@ def write_tree(tree: xr.DataTree, path: Path) -> None:
         netCDF4.set_chunk_cache(*usual)
 
 
-def _stored(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
+def stored_content(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
     """Place and content of root and groups as the file has them, without encoding; then the texts of the root by name."""
     root, table = tree.to_dataset(inherit=False).drop_encoding(), TextsByName()
     held = {_LABEL, *root.data_vars}
@@ -301,16 +301,16 @@ class DatasetFormatError(StoreError):
 
 def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
     """Write the dataset and its groups as netCDF-4, whole or not at all. Raises StoreError, LostGroupsError."""
-    tree = tree_of(dataset)
+    tree = make_tree(dataset)
     try:
         if path.is_file():
             require_closed(path)
         path.parent.mkdir(parents=True, exist_ok=True)
-        with written_whole(path) as scratch:
+        with writing_whole(path) as scratch:
             try:
                 write_tree(tree, scratch)
             except RuntimeError:
-                write_to(scratch, [bytes(ROOM)], os.O_APPEND)  # netCDF does not say that the disk is full; this does
+                write_fully(scratch, [bytes(ROOM)], os.O_APPEND)  # netCDF does not say that the disk is full; this does
                 raise
             seal(scratch)
     except _REFUSALS as error:
@@ -335,9 +335,9 @@ def open_dataset(path: Path) -> xr.Dataset:
     if problem := _other_format(root.attrs):
         root.close()
         raise DatasetFormatError(f"{path}: {problem}")
-    from nanoslip.study.dataset.content import problem_of  # noqa: PLC0415  a run writes its file and reads none
+    from nanoslip.study.dataset.content import find_problem  # noqa: PLC0415  a run writes its file and reads none
 
-    if problem := problem_of({"": root, **groups}):
+    if problem := find_problem({"": root, **groups}):
         root.close()
         raise StoreError(f"{path}: {problem}")
     return carrying(root, groups)
@@ -357,7 +357,7 @@ def _other_format(said: Mapping[str, Any]) -> str:
 
 def check_seal(path: Path) -> None:
     """Raises StoreError if a byte of the file has changed since it was collected, OSError."""
-    written = seal_of(path)  # a file without one has nothing to break
+    written = read_seal(path)  # a file without one has nothing to break
     if written is not None and written != _digest(path, path.stat().st_size - _LENGTH):
         said = "its bytes are not those that were collected: damaged? nanoslip collect writes it anew"
         raise StoreError(f"{path}: {said}")

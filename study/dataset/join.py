@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.study.dataset.file import FORMAT, carrying, groups_of, with_texts
+from nanoslip.study.dataset.file import FORMAT, carrying, read_groups, with_texts
 from nanoslip.study.dataset.table import CASE, nearest
 from nanoslip.study.dataset.variables import (
     DRIVE_MEMBERS,
@@ -32,7 +32,7 @@ class NotJoinableError(NanoslipError, ValueError):
     """Datasets that cannot be joined; the message names the difference."""
 
 
-def added_axes(dims: Sequence[str], roots: Sequence[xr.Dataset], sources: Sequence[str]) -> list[str]:
+def distinguishing_axes(dims: Sequence[str], roots: Sequence[xr.Dataset], sources: Sequence[str]) -> list[str]:
     """Parameters with one value in each dataset, as few as distinguish the cases of all datasets beside their dimensions."""
     single = [name for name in parameters() if all(name in root.coords and not root[name].dims for root in roots)]
     candidates = [name for name in single if name not in dims and len(_values(name, roots)) > 1]
@@ -151,7 +151,7 @@ def joined(
         roots = _select_scalars(roots, unshared=holes)
     roots = _with_equal_labels(_number_cases(roots))
     dims = _distinct_names(root.dims for root in roots)
-    added = added_axes(dims, roots, sources)
+    added = distinguishing_axes(dims, roots, sources)
     names = [name for name in _distinct_names(root.variables for root in roots) if name not in (*added, *dims)]
     merged = _merged(names, added, dims, roots, sources)
     if not holes:
@@ -161,9 +161,9 @@ def joined(
         merged[name] = _fill_missing(name, merged[name], np.result_type(*kinds))
     merged = merged.assign_attrs(_joint_attributes(roots))
     merged = merged.set_coords(_distinct_names(root.coords for root in roots))
-    groups = {name: _join_group(roots, group) for name, group in all_groups().items() if name in groups_of(roots[0])}
+    groups = {name: _join_group(roots, group) for name, group in all_groups().items() if name in read_groups(roots[0])}
     software = SOFTWARE[0].name
-    groups[software] = _join_software([groups_of(root)[software] for root in roots])
+    groups[software] = _join_software([read_groups(root)[software] for root in roots])
     return carrying(merged, groups)
 
 
@@ -192,7 +192,7 @@ def _select_scalars(roots: Sequence[xr.Dataset], unshared: bool) -> list[xr.Data
     selected = []
     for root in roots:
         names = [str(name) for name in root.data_vars if name in selection]
-        selected.append(carrying(root[names].copy(), {software: groups_of(root)[software]}))
+        selected.append(carrying(root[names].copy(), {software: read_groups(root)[software]}))
     return selected
 
 
@@ -208,7 +208,7 @@ def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str], scala
         _refuse_scales(root, first, source, sources[0])
         if not scalars:
             _refuse_names(root.data_vars, first.data_vars, source, sources[0])
-            _refuse_names(groups_of(root), groups_of(first), source, sources[0])
+            _refuse_names(read_groups(root), read_groups(first), source, sources[0])
         if (CASE in root.dims) != (CASE in first.dims):
             raise NotJoinableError(f"{source}: a list of cases beside a product of axes: needs all of one design")
 
@@ -297,7 +297,7 @@ def _join_group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:
     known: set[str] = set()
     parts = []
     for root in roots:
-        runs = groups_of(root)[group.name]
+        runs = read_groups(root)[group.name]
         names = runs[group.name].values.tolist()
         new = [number for number, name in enumerate(names) if name not in known]
         known.update(names)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.dataset.variables import OUTCOMES, counts_of, in_si_too, parameters
-from nanoslip.study.manifest.cases import value_of
+from nanoslip.study.dataset.variables import OUTCOMES, member_counts, parameters, si_coordinates
+from nanoslip.study.manifest.cases import parse_value
 from nanoslip.study.manifest.parameters import as_typed, names_by_word
 from nanoslip.study.toml_text import from_toml
 
@@ -64,7 +64,7 @@ class CaseRows:
 
     def tallies(self, name: str) -> list[dict[str, int]]:
         """Members of each row by word, the most frequent first; one word where none are counted."""
-        counts = {word: self.values(each.variable).tolist() for word, each in counts_of(self.root, name).items()}
+        counts = {word: self.values(each.variable).tolist() for word, each in member_counts(self.root, name).items()}
         found = []
         for row, word in enumerate(self.values(name).tolist()):
             there = {each: int(column[row]) for each, column in counts.items() if column[row]}
@@ -80,12 +80,12 @@ class CaseRows:
 
 def case_rows(root: xr.Dataset, name: str = "") -> CaseRows:
     """All rows along which a variable lies; without one those of the outcomes of drives, or of cases without drives."""
-    along = root[name or ending_of(root)].sizes
+    along = root[name or ending_name(root)].sizes
     sizes = {str(dim): size for dim, size in along.items()}
     return CaseRows(root, sizes, np.arange(int(np.prod(list(sizes.values()), dtype=np.int64))))
 
 
-def ending_of(root: xr.Dataset) -> str:
+def ending_name(root: xr.Dataset) -> str:
     """Outcome of drives, or of cases without drives; for cases without results their name."""
     return next((name for kind in ("drive", "") if (name := OUTCOMES[kind].ending.name) in root), "case_id")
 
@@ -110,7 +110,7 @@ def hits_of(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: str,
         raise KeyError(f"{key}: no coordinate of these cases; {known}")
     coordinate, values = coordinates[key].variable, np.atleast_1d(np.asarray(wanted))
     if values.dtype.kind == "U" and not are_texts(coordinate):
-        values = np.array([value_of(key, text, scales_of(root.attrs)) for text in values.tolist()])
+        values = np.array([parse_value(key, text, read_scales(root.attrs)) for text in values.tolist()])
     hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, nearest(coordinate.values, values)))
     if not hits.any():
         given = ",".join(map(str, np.ravel(wanted)))
@@ -158,7 +158,7 @@ def selection_text(selection: Selection) -> str:
     return ", ".join(f"{name} = {value}" for name, value in selection.items()) or "no selection"
 
 
-def scales_of(attributes: Mapping[Any, Any]) -> Scales | None:
+def read_scales(attributes: Mapping[Any, Any]) -> Scales | None:
     """The scales of a dataset, from its attributes; None if these do not state them."""
     try:
         return Scales(**{each.name: float(attributes[each.name]) for each in fields(Scales)})
@@ -172,7 +172,7 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     given: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit.
     Raises KeyError if no case matches, ValueError with the remaining choices if several do.
     """
-    found = selected(root, ending_of(root), {names_by_word().get(word, word): text for word, text in given.items()})
+    found = selected(root, ending_name(root), {names_by_word().get(word, word): text for word, text in given.items()})
     left = {dim: sorted(set(column)) for dim, column in found.positions.items()}
     part = root.isel({dim: places if len(places) > 1 else places[0] for dim, places in left.items()})
     if several := [str(dim) for dim in root["case_id"].dims if len(left[str(dim)]) > 1]:
@@ -182,7 +182,7 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
 
 def _choices(part: xr.Dataset, dims: Iterable[str]) -> list[str]:
     """The parameters in which cases differ along dimensions, each with its values."""
-    apart = {"case_id", *(each.name for name, each in in_si_too().items() if name in part.coords)}
+    apart = {"case_id", *(each.name for name, each in si_coordinates().items() if name in part.coords)}
     along = [str(name) for name in part.coords if set(part[name].dims) & set(dims) and name not in apart]
     values = {
         name: part[name].to_series().dropna().unique().tolist() for name in along if name != CASE or len(along) == 1
@@ -201,7 +201,7 @@ def listed(root: xr.Dataset) -> list[str]:
     return [name for name in along if name in (named or parameters())]
 
 
-def zipped(root: xr.Dataset) -> list[str]:
+def zipped_axes(root: xr.Dataset) -> list[str]:
     """The axes of a list of cases whose values are taken together, the first ones, then the second ones; none of a table."""
     manifest = _manifest(root)
     together = manifest.get("design") == "zip" and not root.attrs.get("manifest_table")

@@ -103,7 +103,7 @@ def as_group(table: TextsByName) -> xr.Dataset:
     )
 
 
-def table_of(group: xr.Dataset | None) -> TextsByName:
+def text_table(group: xr.Dataset | None) -> TextsByName:
     """The texts of such a group by name. Raises KeyError if it is none."""
     if group is None:
         return {}

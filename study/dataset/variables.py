@@ -22,7 +22,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import SHARED_ERROR, Quantity, attributes, in_measure, quantities
+from nanoslip.solver.parameter import SHARED_ERROR, Quantity, attributes, measure_label, quantities
 from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.solver.view import ROUNDING
@@ -30,13 +30,13 @@ from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import UNITS, spellings, with_symbol
 from nanoslip.study.origin import Origin
-from nanoslip.study.plan.kinds import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, column_of, quantities_of
+from nanoslip.study.plan.kinds import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, member_column, result_quantities
 from nanoslip.study.plan.task import PENDING, TaskResult
 
 
 def scalars(kind: str) -> list[tuple[str, Quantity]]:
     """Scalars of a kind's results with their variables over the cases (and drives); then those in SI or over μ_i."""
-    own = quantities_of(KINDS[kind]).items()
+    own = result_quantities(KINDS[kind]).items()
     return [*own, *((key, each.si) for key, each in own if each.si)]
 
 
@@ -118,7 +118,7 @@ def all_groups() -> dict[str, Group]:
     for kind in KINDS.values():
         for each in kind.ragged:
             count = Quantity(each.count, f"values of each {each.instance}")
-            series = Series(kind.name, each.sample, count, each.wanted, quantities_of(kind, each.sample))
+            series = Series(kind.name, each.sample, count, each.wanted, result_quantities(kind, each.sample))
             found[each.instance].append(series)
     return {name: Group(name, tuple(series)) for name, series in found.items()}
 
@@ -201,7 +201,7 @@ def parameters() -> dict[str, Quantity]:
 
 
 @cache
-def in_si_too() -> dict[str, Quantity]:
+def si_coordinates() -> dict[str, Quantity]:
     """Parameter of a case -> the coordinate that has it in SI, of campaigns that give scales."""
     stated = {name: each for name, each in parameters_of_a_case().items() if each.scale in UNITS and not each.columns}
     return {
@@ -298,7 +298,7 @@ def by_name() -> dict[str, Described]:
     return {each.name: each for each in reversed(list(_all(beside=True)))}
 
 
-def word_of(name: str) -> str:
+def explain_word(name: str) -> str:
     """Meaning of a flag, of an ending or of a regime, with advice, as a line; empty of another name."""
     meanings: dict[str, str] = {each.name: f"{each.meaning}; {each.advice}" for each in FLAGS}
     meanings |= {each.value: each.meaning for each in Ending}
@@ -309,7 +309,7 @@ def word_of(name: str) -> str:
 def variable_text(variable: Described) -> str:
     """Description of a variable, line by line."""
     facts = {
-        "meaning": in_measure(variable.meaning, variable.measure),
+        "meaning": measure_label(variable.meaning, variable.measure),
         "symbol": variable.symbol,
         "along": variable.dims,
         "unit": variable.units,
@@ -336,7 +336,7 @@ def _all(beside: bool = False) -> Iterator[Described]:
         yield from _of(_GROUPS.get(kind, kind), dims, around)
     for group in all_groups().values():
         yield from _of("the runs of a case", f"{CASES}, drive" if group.driven else CASES, (group.id,))
-    yield from _of("parameters", "where they vary", (DRIVE_NAME, *parameters().values(), *in_si_too().values()))
+    yield from _of("parameters", "where they vary", (DRIVE_NAME, *parameters().values(), *si_coordinates().values()))
     for group in all_groups().values():
         counts = [series[0].count for series in group.samples.values()]
         yield from _of(f"{_GROUP}{group.name}", group.name, (group.label, *group.owners, *counts))
@@ -403,14 +403,14 @@ def alike_starts(found: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
     return ~differ
 
 
-def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.Variable, ...]:
+def member_count_text(dataset: xr.Dataset, name: str) -> tuple[xr.Variable, ...]:
     """Number of members with a value, and of computed members; empty unless it is a mean with uncertainty."""
-    names = (f"{name}_members", (DRIVE_MEMBERS if name in of_drives() else MEMBERS).name)
+    names = (f"{name}_members", (DRIVE_MEMBERS if name in drive_variables() else MEMBERS).name)
     return tuple(dataset.variables[each] for each in names) if set(names) <= dataset.variables.keys() else ()
 
 
 @cache
-def of_drives() -> set[str]:
+def drive_variables() -> set[str]:
     """The variables of the results of drives, but for those beside means."""
     return {each.name for _, each in scalars(DRIVE)}
 
@@ -418,12 +418,12 @@ def of_drives() -> set[str]:
 @cache
 def counts() -> set[str]:
     """The variables that count something."""
-    return {each.name for kind in KINDS.values() for each in quantities_of(kind).values() if each.counted}
+    return {each.name for kind in KINDS.values() for each in result_quantities(kind).values() if each.counted}
 
 
 def fewer(case: xr.Dataset, name: str) -> str:
     """Remark after a number of one case that fewer members have than were computed: ` (5 of 8)`."""
-    counts = [each.values.item() for each in members_of(case, name)]
+    counts = [each.values.item() for each in member_count_text(case, name)]
     return f" ({counts[0]:.0f} of {counts[1]:.0f})" if counts and 0 < counts[0] < counts[1] else ""
 
 
@@ -434,12 +434,12 @@ def words_counted() -> dict[str, dict[str, str]]:
     return {each.name: {word: count.name for word, count in each.counts().items()} for each in worded}
 
 
-def counts_of(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
+def member_counts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
     """Word of a variable -> how many members have it; empty of variables without such counts."""
     return {word: dataset[count] for word, count in words_counted().get(name, {}).items() if count in dataset.variables}
 
 
-def ends_of(counts: xr.DataArray) -> str:
+def count_range(counts: xr.DataArray) -> str:
     """The least and the most of some counts of members: `3 to 12`, or `8`."""
     known = counts.values[counts.notnull().values]
     return " to ".join(dict.fromkeys(str(int(end)) for end in (known.min(), known.max()))) if known.size else "0"
@@ -464,14 +464,14 @@ _UNKNOWN_SHARE: Final = {
 """Sort of error that members share -> why it may be unknown."""
 
 
-def without_error(dataset: xr.Dataset, names: Iterable[str]) -> str:
+def missing_error_reasons(dataset: xr.Dataset, names: Iterable[str]) -> str:
     """Reasons why numbers among these variables have no ±, as `± ?: a single start`; empty if all have one."""
     whole, found = dataset.variables, dict[str, None]()
     for name in names:
         error = whole.get(f"{name}_uncertainty")
         if error is None or not bool((lacking := whole[name].notnull() & ~(error > ROUNDING * abs(whole[name]))).any()):
             continue
-        having, used = members_of(dataset, name) or (1, 1)
+        having, used = member_count_text(dataset, name) or (1, 1)
         several, shared = lacking & (used != 1) & ~(having < used), whole.get(f"{name}{SHARED_ERROR}")
         unknown = several & (False if shared is None else shared.isnull())
         reasons = {
@@ -484,18 +484,18 @@ def without_error(dataset: xr.Dataset, names: Iterable[str]) -> str:
     return f"± ?: {', '.join(found)}" if found else ""
 
 
-def means_of(dataset: xr.Dataset) -> str:
+def explain_means(dataset: xr.Dataset) -> str:
     """Explain means over members, ±, and the remarks for missing members or an unknown ±."""
     names = list(map(str, dataset.data_vars))
-    counts = filter(None, (members_of(dataset, name) for name in names))
+    counts = filter(None, (member_count_text(dataset, name) for name in names))
     # Variables, not arrays: nothing here needs the coordinates, which take ten times as long to compare.
     parts = []
     if are_means(dataset):
-        members = ends_of(dataset[MEMBERS.name])
-        driven = ends_of(dataset[DRIVE_MEMBERS.name]) if DRIVE_MEMBERS.name in dataset else members
+        members = count_range(dataset[MEMBERS.name])
+        driven = count_range(dataset[DRIVE_MEMBERS.name]) if DRIVE_MEMBERS.name in dataset else members
         of_drives = "" if driven == members else f" (of drives over {driven})"
         parts.append(f"numbers are means over {members} members{of_drives}, ± their 68 % interval")
-    parts += filter(None, [without_error(dataset, names)])
+    parts += filter(None, [missing_error_reasons(dataset, names)])
     if any(bool(((having > 0) & (having < used)).any()) for having, used in counts):
         parts.append(EXPLAINED)
     return "; ".join(parts)
@@ -613,8 +613,8 @@ def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
     if series.sample == MEMBER:
         return np.array(_values_of(result, series)[name], series.columns[name].dtype)
     if name in ACROSS and name not in result.arrays:  # plane strain has no y
-        return np.zeros(column_of(result, next(iter(series.columns)), series.sample).size)
-    return column_of(result, name, series.sample)
+        return np.zeros(member_column(result, next(iter(series.columns)), series.sample).size)
+    return member_column(result, name, series.sample)
 
 
 def texts(values: Iterable[str]) -> NDArray[Any]:

@@ -26,11 +26,11 @@ from nanoslip.study.dataset.agreement import (
     verdict_of,
     worst,
 )
-from nanoslip.study.dataset.collect import Layout, collect, layout_of
-from nanoslip.study.dataset.file import flattened, groups_of, loaded
+from nanoslip.study.dataset.collect import Layout, case_layout, collect
+from nanoslip.study.dataset.file import flatten_variables, loaded, read_groups
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.parameters import FILE_KEYS
-from nanoslip.study.manifest.reader import parse_manifest, sha256_of
+from nanoslip.study.manifest.reader import manifest_hash, parse_manifest
 from nanoslip.study.origin import Origin, computing_origin, from_data
 from nanoslip.study.plan.plan import NOTHING_KNOWN, Plan, evenly, make_plan
 from nanoslip.study.plan.task import PENDING, Task
@@ -57,13 +57,13 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     if "manifest" not in facts or not {"case_id", variables.OUTCOMES[""].ending.name} <= set(found.variables):
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
     beside = {key: str(facts[f"manifest_{key}"]) for key in FILE_KEYS if f"manifest_{key}" in facts}
-    if sha256_of(str(facts["manifest"]), beside) != facts.get("manifest_sha256"):
+    if manifest_hash(str(facts["manifest"]), beside) != facts.get("manifest_sha256"):
         changed = "manifest: not what manifest_sha256 is of, or a file that it names is not"
         raise NotVerifiableError(f"{path}: {changed}: changed after it was written")
     manifest = parse_manifest(path, str(facts["manifest"]), beside)
-    if variables.SOFTWARE[0].name not in groups_of(found) or found["case_id"].size != manifest.case_count:
+    if variables.SOFTWARE[0].name not in read_groups(found) or found["case_id"].size != manifest.case_count:
         size = f"{found['case_id'].size} of {manifest.case_count} cases"
-        groups = ", ".join(groups_of(found)) or "none"
+        groups = ", ".join(read_groups(found)) or "none"
         raise NotVerifiableError(f"{path}: {size}, groups {groups}: not as nanoslip wrote it")
     ending = variables.OUTCOMES["drive"].ending.name
     if manifest.drives and ending not in found:
@@ -100,7 +100,7 @@ def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCa
 def tasks_in_dataset(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tuple[Task, ...]:
     """Tasks of these cases in the dataset and their inputs, inputs first."""
     wanted: set[str] = set()
-    layout = layout_of(plan.manifest)
+    layout = case_layout(plan.manifest)
     for case in cases:
         keys = plan.case_tasks[case.case_id]
         pending = _pending_drives(layout, found, case) if any(drive for _, drive in keys) else set()
@@ -111,7 +111,7 @@ def tasks_in_dataset(plan: Plan, cases: Sequence[CampaignCase], found: xr.Datase
 
 def _pending_drives(layout: Layout, found: xr.Dataset, case: CampaignCase) -> set[str]:
     """Labels of the drives of a case that the dataset has no result of, as they are pending or failed."""
-    place = place_of(found, case.case_id)
+    place = case_position(found, case.case_id)
     endings = _endings(found, "drive").isel(place).values
     if not place or endings.shape != tuple(map(len, layout.drive_axes.values())):
         return set()  # another manifest's dataset, as comparing it will tell
@@ -161,7 +161,7 @@ class Finding:
     remark: str
 
 
-def finding_of(label: str, differences: Sequence[Difference]) -> Finding:
+def worst_difference(label: str, differences: Sequence[Difference]) -> Finding:
     """The worst of some differences in a line, and the names of those that are not judged."""
     judged = [each for each in differences if each.verdict is not Verdict.NOT_JUDGED]
     verdict, beside = worst(judged), _named([each for each in differences if each.verdict is Verdict.NOT_JUDGED])
@@ -188,7 +188,7 @@ class Recomputed:
         self._found, self._again = found, again
         (origin,), home = from_data([found.attrs]), computing_origin()
         self._same_software, self._same_bits = origin.alike(home), origin.same_bits(home)
-        groups = groups_of(found), groups_of(again)
+        groups = read_groups(found), read_groups(again)
         declared = [group for name, group in variables.all_groups().items() if all(name in each for each in groups)]
         self._groups = [Runs(group, [each[group.name] for each in groups]) for group in declared]
         self._along = set(again["case_id"].dims)
@@ -206,7 +206,7 @@ class Recomputed:
 
     def shared(self) -> list[Difference]:
         """Compare each attribute, coordinate and variable without a case of its own; identical ones are listed, too."""
-        found, again = flattened(self._found), flattened(self._again)
+        found, again = flatten_variables(self._found), flatten_variables(self._again)
         names = sorted({*found, *again})
         missing = [odd(name, "is missing") for name in names if name not in found]
         strange = [odd(name, "is in no dataset of this manifest") for name in names if name not in again]
@@ -216,10 +216,12 @@ class Recomputed:
             for name in common
             for (kind, one), other in zip(_words(found[name]).items(), _words(again[name]).values(), strict=True)
         ]
-        values = [compared(name, found[name].values, again[name].values) for name in common if self._for_all(name)]
+        values = [
+            compared(name, found[name].values, again[name].values) for name in common if self.is_for_all_cases(name)
+        ]
         return [*missing, *strange, *words, *self._attributes(), *values]
 
-    def _for_all(self, name: str) -> bool:
+    def is_for_all_cases(self, name: str) -> bool:
         """True if a variable belongs to no case and is not in a group: runs are compared with their case."""
         return "/" not in name and (name in self._again.coords or not set(self._again[name].dims) & self._along)
 
@@ -236,7 +238,7 @@ class Recomputed:
 
     def finding(self, case: CampaignCase) -> Finding:
         """The verdict on one case, and what differs or is not judged."""
-        place = place_of(self._again, case.case_id)
+        place = case_position(self._again, case.case_id)
         kept, now = (
             {name: each.variables[name].isel(place, missing_dims="ignore") for name in self._names}
             for each in (self._found, self._again)
@@ -249,7 +251,7 @@ class Recomputed:
             for one, other in zip(*ids, strict=True):
                 differences += runs.owners(one, other) + self._of_runs(runs, runs.columns(one, other, rounding))
         label = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
-        return finding_of(label, differences)
+        return worst_difference(label, differences)
 
     def _of_runs(self, runs: Runs, found: list[Difference]) -> list[Difference]:
         """Differences of a run; not judged where last digits may turn it."""
@@ -314,7 +316,7 @@ def _words(found: xr.DataArray) -> dict[str, str]:
     return {"dimensions": " ".join(map(str, found.dims)), "units": str(found.attrs.get("units", ""))}
 
 
-def place_of(found: xr.Dataset, case_id: str) -> dict[str, int]:
+def case_position(found: xr.Dataset, case_id: str) -> dict[str, int]:
     """Position of a case by dimension; empty if it is not there."""
     ids = found["case_id"]
     places = np.argwhere(ids.values == case_id)
@@ -330,6 +332,6 @@ def verify_cases(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], s
         if len(cases) == len(computed(plan, found)):
             found = loaded(found)  # a run at a time would take longer
         both = Recomputed(found, again)
-        yield finding_of("what all cases share", both.shared())
+        yield worst_difference("what all cases share", both.shared())
         if both.comparable:
             yield from map(both.finding, cases)

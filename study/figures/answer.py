@@ -13,16 +13,23 @@ from nanoslip.study.figures.points import (
     Points,
     UnknownNameError,
     axis_named,
-    hyphenated,
-    in_symbols,
-    over_si,
+    convert_axes_to_si,
+    hyphenate,
+    label_in_symbols,
     points_named,
-    points_of,
+    read_points,
     symbol,
 )
-from nanoslip.study.figures.roles import Roles, axis_sizes, held_at, roles_of, scattered, zipped_as_one
-from nanoslip.study.figures.shared import View, resized
-from nanoslip.study.figures.sweep import SHORTEST, border_of, draw_scattered, far_below, figure_of, is_crowded
+from nanoslip.study.figures.roles import Roles, assign_roles, axis_sizes, merge_zipped, scattered, select_points
+from nanoslip.study.figures.shared import View, resize_figure
+from nanoslip.study.figures.sweep import (
+    SHORTEST,
+    critical_border,
+    draw_over_axes,
+    draw_scattered,
+    far_below,
+    is_crowded,
+)
 
 # Numbers that need no figure, told in one sentence: the same in all cases, known of one case only, or of none.
 
@@ -39,13 +46,13 @@ def words_of_alike(found: Sequence[Points]) -> Iterator[str]:
     """Sentences on numbers that do not differ, one each, and one sentence that names all numbers that no case has."""
     for points in found:
         if points.there.any():
-            yield f"{capitalized(points.label)}: {_value(points)}{_where(points)}{_care(points)}."
+            yield f"{capitalize_text(points.label)}: {_value(points)}{_where(points)}{_care(points)}."
     unknown = [points.label for points in found if not points.there.any()]
     if unknown:
         yield f"Not known of any case: {', '.join(unknown)}."
 
 
-def capitalized(text: str) -> str:
+def capitalize_text(text: str) -> str:
     """A text that begins with a capital letter, or with a symbol as it is."""
     return text[0].upper() + text[1:] if text[0].isascii() else text
 
@@ -54,7 +61,7 @@ def _value(points: Points) -> str:
     first = int(np.flatnonzero(points.there)[0])
     value = points.values[first]
     if points.text:
-        return hyphenated(value)
+        return hyphenate(value)
     return with_error(float(value), float(points.errors[first])) if points.stated else f"{value:.5g}"
 
 
@@ -75,7 +82,7 @@ def _where(points: Points) -> str:
     if known > 1:
         return f" in all cases that have it, {known} of {count}"
     place = {name: values[points.there].tolist()[0] for name, values in points.axes.items()}
-    return f" at {in_symbols(place)}, the only one of {count} that has it" if place else ""
+    return f" at {label_in_symbols(place)}, the only one of {count} that has it" if place else ""
 
 
 # The answer of a campaign: its numbers over its axes, drawn as the design asks for.
@@ -100,7 +107,7 @@ AT_REST: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approa
 def answers(dataset: xr.Dataset) -> Iterator[View | str]:
     """A figure for each number that differs between cases, none of a single case; the others in words."""
     asked = list(_observed(dataset))
-    yield from (view_of(points) for points in asked if differs(points))
+    yield from (make_view(points) for points in asked if differs(points))
     yield from words_of_alike([points for points in asked if not differs(points)])
 
 
@@ -109,30 +116,30 @@ def _observed(dataset: xr.Dataset) -> Iterator[Points]:
     for name, over in sort:
         if name in dataset and (not over or over in dataset.variables):
             alike = not over or np.unique(dataset[over]).size == 1
-            yield points_of(dataset, name, "" if alike else over)
+            yield read_points(dataset, name, "" if alike else over)
 
 
-def view_of(points: Points, x: str = "", hue: str = "") -> View:
+def make_view(points: Points, x: str = "", hue: str = "") -> View:
     """The figure of some points. x, hue: coordinates that the caller chooses. Raises UnknownNameError if all are alike."""
     if not points.axes:
         raise UnknownNameError(f"{points.name}: all cases are alike: there is nothing to draw it against")
-    drawn, kept = zipped_as_one(points, (x, hue))
+    drawn, kept = merge_zipped(points, (x, hue))
     if scattered(drawn) and not x:
         against, draw = f"against {' and '.join(map(symbol, axis_sizes(drawn)))}", partial(draw_scattered, drawn)
         signs = f"{_without(points)}{_members(points)}{_marks(points)}"
     else:
-        roles = roles_of(drawn, x, hue)
-        against, draw = _against(roles), partial(figure_of, drawn, roles)
-        signs = _seen(held_at(drawn, roles.held), roles)
+        roles = assign_roles(drawn, x, hue)
+        against, draw = figure_title(roles), partial(draw_over_axes, drawn, roles)
+        signs = _seen(select_points(drawn, roles.held), roles)
     with_it = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
-    caption = f"{capitalized(points.label)}, {against}.{with_it}{signs}"
+    caption = f"{capitalize_text(points.label)}, {against}.{with_it}{signs}"
     return View(points.name.replace("/", "_over_"), caption, draw, points.columns)
 
 
-def _against(roles: Roles) -> str:
+def figure_title(roles: Roles) -> str:
     """Title: y against x, and the values of axes that are not shown."""
     panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
-    only = in_symbols(roles.held)
+    only = label_in_symbols(roles.held)
     held = f"; drawn for {only} only, counts in this caption are for all cases" if only else ""
     if roles.mapped:
         return f"over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}"
@@ -150,7 +157,7 @@ def _seen(points: Points, roles: Roles) -> str:
     paler = ", the paler the fewer" if roles.mapped else ""
     mixed = f" Of members that differ: what most do{paler}." if points.differing else ""
     flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
-    border = roles.mapped and any(border_of(points, points, roles))
+    border = roles.mapped and any(critical_border(points, points, roles))
     above = " Black line: above it the pin no longer sticks." if border else ""
     return mixed + above + _without(points) + _members(points) + (flagged if roles.mapped else _marks(points))
 
@@ -195,11 +202,11 @@ def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset = {dataset!r}: needs a dataset, as nanoslip.open returns it")
 
-    first: Axes = resized(view_named(dataset, y, x, hue, where).draw(make=pyplot.figure)).axes[0]
+    first: Axes = resize_figure(view_named(dataset, y, x, hue, where).draw(make=pyplot.figure)).axes[0]
     return first
 
 
 def view_named(dataset: xr.Dataset, y: str, x: str, hue: str, where: Mapping[str, Any]) -> View:
     """The view of a number over axes, by the words that people have for them. Raises UnknownNameError, ValueError."""
-    points = over_si(points_named(dataset, y, where), dataset, (x, hue))
-    return view_of(points, *(axis_named(points, dataset, word) if word else "" for word in (x, hue)))
+    points = convert_axes_to_si(points_named(dataset, y, where), dataset, (x, hue))
+    return make_view(points, *(axis_named(points, dataset, word) if word else "" for word in (x, hue)))

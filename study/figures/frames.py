@@ -20,14 +20,14 @@ from nanoslip.solver.contact.limit import node_limit
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
-from nanoslip.solver.load_path import length_of
+from nanoslip.solver.load_path import path_extent
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.solver.sliding.path import Path as LoadingPath, follow
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide, states_at
-from nanoslip.solver.view import in_words
+from nanoslip.solver.view import describe_outcome
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, FORMATS, column, format_of, image, legend
+from nanoslip.study.figures.shared import COLORS, FORMATS, column, file_format, image, legend
 from nanoslip.study.manifest.parameters import axis_unit
 from nanoslip.study.results.store import write_files
 
@@ -110,10 +110,10 @@ class Moments:
 
 def usual_events(case: Case) -> tuple[int, ...]:
     """Events that are drawn if none are given; of a path its first turns."""
-    return tuple(range(min(length_of(case.path, 1.0)[0] + 1, MOST_IN_STRIP)) if case.path else range(0, 201, 40))
+    return tuple(range(min(path_extent(case.path, 1.0)[0] + 1, MOST_IN_STRIP)) if case.path else range(0, 201, 40))
 
 
-def events_of(text: str) -> tuple[int, ...]:
+def parse_events(text: str) -> tuple[int, ...]:
     """Numbers of events from `first:last:step`, both ends included, or from a list as `0,5,12`. Raises InvalidInput."""
     found: Sequence[int] = ()
     with suppress(ValueError, TypeError):
@@ -129,7 +129,7 @@ def events_of(text: str) -> tuple[int, ...]:
     return tuple(found)
 
 
-def moments_of(case: Case, events: Sequence[int], scales: Scales | None = None) -> Moments:
+def event_moments(case: Case, events: Sequence[int], scales: Scales | None = None) -> Moments:
     """The contact of a case after each of these events, as far as its record gets; of a case with a path at these turns.
 
     events: increasing numbers; 0 is initial contact. Of an interface it is the first contact, by itself. scales: for axes in SI.
@@ -138,22 +138,22 @@ def moments_of(case: Case, events: Sequence[int], scales: Scales | None = None) 
     case, compliance = replace(case, interface=Interface()), surface_compliance(case.slab)
     path = None
     if case.path:
-        states, path = _at_turns(case, compliance, events)
+        states, path = contacts_at_turns(case, compliance, events)
         outcome = path.outcome
     else:
         states, outcome = states_at(case, compliance, events)
     if not states and outcome.ok:
         raise InvalidInput(f"no event {events[0]}: the record ends before")
     if not states:
-        raise InvalidInput(f"no contact after event {events[0]}: {in_words(outcome)}")
+        raise InvalidInput(f"no contact after event {events[0]}: {describe_outcome(outcome)}")
     record = path or slide(replace(case, max_events=max(events[len(states) - 1], 1)), compliance)
     before = [None, *states[:-1]]
     shown = tuple(_moment(*each, case) for each in zip(events, before, states, strict=False))
     units = _in_si(shown, case.normal_load, scales) if scales else Units()
-    return Moments(tuple(_scaled(each, units) for each in shown), record, outcome, units)
+    return Moments(tuple(scale_moment(each, units) for each in shown), record, outcome, units)
 
 
-def _scaled(moment: Moment, units: Units) -> Moment:
+def scale_moment(moment: Moment, units: Units) -> Moment:
     """A moment in other units than the solver's."""
     scaled = {name: unit.factor * getattr(moment, name) for name, unit in units._asdict().items() if name != "traction"}
     return replace(moment, **scaled, limit=units.traction.factor * moment.limit)
@@ -178,7 +178,9 @@ def _in_si(shown: Sequence[Moment], normal_load: float, scales: Scales) -> Units
     )
 
 
-def _at_turns(case: Case, compliance: Compliance, turns: Sequence[int]) -> tuple[list[ContactState], LoadingPath]:
+def contacts_at_turns(
+    case: Case, compliance: Compliance, turns: Sequence[int]
+) -> tuple[list[ContactState], LoadingPath]:
     """The contact at each of these turns that the path of a case reaches, and the path."""
     states, wanted, number = list[ContactState](), set(turns), itertools.count()
     return states, follow(case, compliance, lambda state: states.append(state) if next(number) in wanted else None)
@@ -355,16 +357,16 @@ def frames(
     >>> nanoslip.frames(nanoslip.Case(), "0:200:40", "strip.png").outcome.ok  # doctest: +SKIP
     True
     """
-    wanted = events_of(events) if isinstance(events, str) else tuple(sorted(set(events)))
+    wanted = parse_events(events) if isinstance(events, str) else tuple(sorted(set(events)))
     suffix = _suffix(Path(path), len(wanted))
-    shown = moments_of(case, wanted, scales)
+    shown = event_moments(case, wanted, scales)
     write_files({Path(path): _film(shown, suffix) if suffix in FILMS else image(strip(shown), suffix)})
     return shown
 
 
 def _suffix(path: Path, count: int) -> str:
     """Format of a file with this number of pictures. Raises InvalidInput if there is none, or no writer for it."""
-    suffix = format_of(path, (*FORMATS, *FILMS))
+    suffix = file_format(path, (*FORMATS, *FILMS))
     if suffix in FILMS and not FILMS[suffix].isAvailable():
         raise InvalidInput(f"{path}: needs the program ffmpeg, which is not found here; install it, or take .gif")
     if suffix in FORMATS and count > MOST_IN_STRIP:

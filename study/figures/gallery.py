@@ -17,13 +17,13 @@ from nanoslip.study.shipped import campaign_files
 
 
 @cache
-def shipped_figures() -> dict[str, CampaignFigure]:
+def list_shipped_figures() -> dict[str, CampaignFigure]:
     """Name -> each figure of the campaigns that come with nanoslip: the paper's by their numbers, then the others."""
-    found = [each for name, path in campaign_files().items() for each in figures_of(path, name)]
+    found = [each for name, path in campaign_files().items() for each in script_figures(path, name)]
     return {each.name: each for each in sorted(found, key=_number)}
 
 
-def figures_of(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
+def script_figures(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
     """The figures that the script beside a campaign file defines; none if there is no script. It may import its neighbours.
 
     name: of the campaign; else its file's. Raises StoreError if the script fails or defines none.
@@ -32,7 +32,7 @@ def figures_of(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
     if not script.is_file():
         return ()
     try:
-        found = [each for each in executed(script).values() if isinstance(each, CampaignFigure)]
+        found = [each for each in execute_script(script).values() if isinstance(each, CampaignFigure)]
     except Exception as error:
         raise StoreError(f"{script}: cannot be run: {type(error).__name__}: {error}") from error
     if not found:
@@ -40,7 +40,7 @@ def figures_of(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
     return tuple(replace(each, campaign=name or campaign.stem) for each in found)
 
 
-def executed(script: Path) -> dict[str, Any]:
+def execute_script(script: Path) -> dict[str, Any]:
     """Names that a script defines. Its imports of neighbours are private, as other folders may have files of the same names."""
     neighbours = {path.stem for path in script.parent.glob("*.py")}
     others = {name: sys.modules.pop(name) for name in neighbours & sys.modules.keys()}
@@ -64,7 +64,7 @@ def place(figure: CampaignFigure, root: Path) -> Path:
     return (root / figure.campaign).parent
 
 
-def files_of(figure: CampaignFigure, dataset: xr.Dataset, root: Path, formats: Sequence[str]) -> dict[Path, bytes]:
+def figure_paths(figure: CampaignFigure, dataset: xr.Dataset, root: Path, formats: Sequence[str]) -> dict[Path, bytes]:
     """The files of a figure of its campaign's dataset, in its place below a root: pictures, then its page.
 
     formats: of nanoslip.study.figures.shared.FORMATS.

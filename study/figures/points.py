@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.solver.parameter import SHARED_ERROR, in_measure
+from nanoslip.solver.parameter import SHARED_ERROR, measure_label
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.table import CaseRows, Selection, selected, zipped
+from nanoslip.study.dataset.table import CaseRows, Selection, selected, zipped_axes
 from nanoslip.study.manifest.parameters import as_written
 
 # Labels of variables and values on axes, in legends and in captions.
@@ -26,39 +26,39 @@ LETTERS: Final = 3
 """Names so short are symbols themselves: n_x."""
 
 
-def description_of(name: str) -> variables.Described:
+def variable_description(name: str) -> variables.Described:
     """Declaration of a variable; only its name without one."""
     return variables.by_name().get(name) or variables.Described(name, "", "", "1", "", name, "", "", "", ())
 
 
 def symbol(name: str) -> str:
     """Symbol of a variable, else its name in words."""
-    return description_of(name).symbol or (name if len(name) <= LETTERS else name.replace("_", " "))
+    return variable_description(name).symbol or (name if len(name) <= LETTERS else name.replace("_", " "))
 
 
 def label(name: str, over: str = "") -> str:
     """Axis label of a variable or its ratio to another: meaning, symbol, unit; for a ratio, the unit of the numerator."""
-    found = description_of(name)
+    found = variable_description(name)
     sign = f" {found.symbol}" if found.symbol not in found.meaning else ""
     measure = "" if "/" in sign else found.measure
     if over:
-        return in_measure(f"{in_unit(found.meaning + sign, name)} over {symbol_and_unit(over)}", measure)
-    return in_unit(in_measure(found.meaning, measure) + sign, name)
+        return measure_label(f"{symbol_with_unit(found.meaning + sign, name)} over {symbol_and_unit(over)}", measure)
+    return symbol_with_unit(measure_label(found.meaning, measure) + sign, name)
 
 
 def symbol_and_unit(name: str) -> str:
     """A variable where there is little room: symbol and unit."""
-    return in_unit(symbol(name), name)
+    return symbol_with_unit(symbol(name), name)
 
 
-def in_unit(text: str, name: str) -> str:
+def symbol_with_unit(text: str, name: str) -> str:
     """Symbol of a variable with its unit, if any: `V_o (m/s)`."""
-    return f"{text} ({unit})" if (unit := written_unit(name)) else text
+    return f"{text} ({unit})" if (unit := unit_text(name)) else text
 
 
-def written_unit(name: str) -> str:
+def unit_text(name: str) -> str:
     """The unit of a variable as people write it; empty of pure numbers and words."""
-    return readable(description_of(name).units)
+    return readable(variable_description(name).units)
 
 
 def readable(units: str) -> str:
@@ -77,10 +77,10 @@ def typeset(text: str) -> str:
 
 def in_a_figure(value: Any) -> str:
     """A value of a coordinate as text in a figure: what matplotlib takes for a formula in a name is none."""
-    return in_text(value).replace("$", r"\$")
+    return format_value(value).replace("$", r"\$")
 
 
-def in_text(value: Any) -> str:
+def format_value(value: Any) -> str:
     """A value of a coordinate, as short as it can be: 0.25, 200, 3e4."""
     if not isinstance(value, float) or not math.isfinite(value):
         return str(value)
@@ -90,7 +90,7 @@ def in_text(value: Any) -> str:
     return powers if len(powers) < len(plain) and abs(int(exponent)) > 3 else plain
 
 
-def hyphenated(word: str) -> str:
+def hyphenate(word: str) -> str:
     """A regime as people write it, stick-slip; any other word as it is."""
     return word.replace("_", "-") if word in REGIMES else word
 
@@ -102,15 +102,15 @@ LONGEST_TALLY: Final = 30
 def worded(tally: Mapping[str, int], most: float = LONGEST_TALLY) -> str:
     """Words of members with how many have each, the most frequent first; the word alone that all have."""
     if len(tally) == 1:
-        return hyphenated(next(iter(tally)))
-    parts = [f"{count} {hyphenated(word)}" for word, count in tally.items()]
+        return hyphenate(next(iter(tally)))
+    parts = [f"{count} {hyphenate(word)}" for word, count in tally.items()]
     text = "; ".join(parts)
     return text if len(text) <= most or len(parts) < 3 else f"{parts[0]}; {sum([*tally.values()][1:])} others"
 
 
-def in_symbols(values: Mapping[str, Any]) -> str:
+def label_in_symbols(values: Mapping[str, Any]) -> str:
     """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 0.002 m/s`."""
-    parts = (f"{symbol(name)} = {in_text(value)} {written_unit(name)}" for name, value in values.items())
+    parts = (f"{symbol(name)} = {format_value(value)} {unit_text(name)}" for name, value in values.items())
     return ", ".join(part.rstrip() for part in parts)
 
 
@@ -207,16 +207,16 @@ _ARRAYS: Final = (
 """Fields of points that have an entry for each of them."""
 
 
-def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection = MappingProxyType({})) -> Points:
+def read_points(dataset: xr.Dataset, name: str, over: str = "", where: Selection = MappingProxyType({})) -> Points:
     """A variable, or its ratio to another, of every case and drive that is selected: means with their ±.
 
     Raises KeyError without such a variable, or where no case is like that.
     The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
-    rows = rows_of(dataset, (name, over), where)
+    rows = column_length_name(dataset, (name, over), where)
     value, error, stated = _ratio(rows, name, over) if over else _number(rows, name)
     none = np.full(len(rows), -1)
-    members, used = [_counts(rows.values(each)) for each in variables.members_of(dataset, name)] or (none, none)
+    members, used = [_counts(rows.values(each)) for each in variables.member_count_text(dataset, name)] or (none, none)
     flag = variables.VALIDITY.name
     flags = rows.values(flag).astype(np.int64) if flag in dataset else np.zeros(len(rows), np.int64)
     shared = f"{name}{SHARED_ERROR}" if not over and f"{name}{SHARED_ERROR}" in dataset else ""
@@ -232,7 +232,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
         members,
         np.array([max(each.values()) / sum(each.values()) for each in tallies]),
         (members > 0) & (members < used),
-        tuple(each for each in zipped(dataset) if each in axes),
+        tuple(each for each in zipped_axes(dataset) if each in axes),
         stated,
         rows.values(CRITICAL).astype(float) if name == "regime" and CRITICAL in dataset else np.full(len(rows), np.nan),
         (name, over) if over else (name,),
@@ -240,7 +240,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
     )
 
 
-def rows_of(dataset: xr.Dataset, names: Iterable[str], where: Selection) -> CaseRows:
+def column_length_name(dataset: xr.Dataset, names: Iterable[str], where: Selection) -> CaseRows:
     """The selected rows of all variables with these names, of cases at least."""
     known = filter(None, (*names, variables.OUTCOMES[""].ending.name))
     return selected(dataset, max(known, key=lambda each: dataset[each].ndim), where)
@@ -256,7 +256,7 @@ def _counts(values: NDArray[Any]) -> NDArray[np.int64]:
 
 def _number(rows: CaseRows, name: str) -> tuple[NDArray[Any], Floats, bool]:
     """A variable and its uncertainty, NaN where there is none, and whether numbers of this sort have one; or texts."""
-    values, uncertainty = rows.values(name), description_of(name).uncertainty
+    values, uncertainty = rows.values(name), variable_description(name).uncertainty
     unknown = np.full(len(rows), np.nan)
     if values.dtype.kind in "OUTS":
         return values.astype(object), unknown, False
@@ -308,7 +308,7 @@ def unevenness(numbers: NDArray[Any]) -> float:
 
 def _whole(values: NDArray[Any]) -> NDArray[Any]:
     if values.dtype.kind == "f" and not np.isfinite(values).all():
-        return np.array([LACKING if np.isnan(each) else in_text(each) for each in values.tolist()], dtype=object)
+        return np.array([LACKING if np.isnan(each) else format_value(each) for each in values.tolist()], dtype=object)
     return values.astype(object) if values.dtype.kind in "UTS" else values
 
 
@@ -323,7 +323,7 @@ class AmbiguousNameError(UnknownNameError):
     """A symbol of several variables."""
 
 
-def variable_of(dataset: xr.Dataset, word: str) -> str:
+def find_variable(dataset: xr.Dataset, word: str) -> str:
     """The variable or coordinate of the cases that a word means. Raises UnknownNameError, AmbiguousNameError."""
     names = [str(name) for name in dataset.variables]
     found = variables.called(names, word)
@@ -341,14 +341,14 @@ def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = Mapp
 
     where: values of coordinates that cases have: one, several, or a text of them, as `50,100`.
     """
-    selection = {variable_of(dataset, key): _values(given) for key, given in where.items()}
+    selection = {find_variable(dataset, key): _values(given) for key, given in where.items()}
     splits = [(word, ""), *((word[: slash.start()], word[slash.end() :]) for slash in re.finditer("/", word))]
     for above, below in splits:
         try:
             if above != word and not (above and below):
                 raise UnknownNameError(f"{word}: needs a variable, or a ratio as plateau/mu_i; see nanoslip describe")
-            names = variable_of(dataset, above), variable_of(dataset, below) if below else ""
-            return points_of(dataset, *names, selection)
+            names = find_variable(dataset, above), find_variable(dataset, below) if below else ""
+            return read_points(dataset, *names, selection)
         except AmbiguousNameError:
             raise
         except KeyError as error:
@@ -360,10 +360,10 @@ def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = Mapp
 
 def _twins_in_si(dataset: xr.Dataset) -> dict[str, str]:
     """Coordinate -> the same in SI, where a dataset has it."""
-    return {name: twin.name for name, twin in variables.in_si_too().items() if twin.name in dataset}
+    return {name: twin.name for name, twin in variables.si_coordinates().items() if twin.name in dataset}
 
 
-def over_si(points: Points, dataset: xr.Dataset, words: Collection[str]) -> Points:
+def convert_axes_to_si(points: Points, dataset: xr.Dataset, words: Collection[str]) -> Points:
     """Points over coordinates in SI, of those whose names are among these words, in place of the scaled ones."""
     twins = {name: twin for name, twin in _twins_in_si(dataset).items() if twin in words}
     axes = {}
@@ -383,7 +383,7 @@ def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     alike = f"cases do not differ in {'it' if count == 1 else 'what is called so'}"
     wrong = alike if count else "no variable of this dataset"
     names = (each for name in points.axes for each in (name, _twins_in_si(dataset).get(name)) if each)
-    known = (f"{name} ({symbol_and_unit(name)})" if description_of(name).symbol else name for name in names)
+    known = (f"{name} ({symbol_and_unit(name)})" if variable_description(name).symbol else name for name in names)
     raise UnknownNameError(f"{word}: {wrong}; they differ in {', '.join(known) or 'nothing'}")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from nanoslip.study.figures.points import Points, in_a_figure, in_text, ordered, unevenness
+from nanoslip.study.figures.points import Points, format_value, in_a_figure, ordered, unevenness
 
 # Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
 
@@ -39,7 +39,7 @@ def axis_sizes(points: Points) -> dict[str, int]:
     return dict(sorted(counts.items(), key=lambda item: (points.axes[item[0]].dtype.kind in "OUb", -item[1])))
 
 
-def zipped_as_one(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
+def merge_zipped(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
     """Merge zipped coordinates to one, and return its name; unchanged, and "", if no single one distinguishes the cases.
 
     chosen: coordinates of which one is taken before others.
@@ -59,7 +59,7 @@ def scattered(points: Points) -> bool:
     return len(counts) > 1 and len(points.values) < FILLED * math.prod(counts.values())
 
 
-def roles_of(points: Points, x: str = "", hue: str = "") -> Roles:
+def assign_roles(points: Points, x: str = "", hue: str = "") -> Roles:
     """Assign roles to all coordinates in which the cases differ: at least one. x, hue: chosen already.
 
     Raises ValueError if one is chosen twice, or the only one as hue.
@@ -89,7 +89,7 @@ def values_of(points: Points, name: str) -> list[Any]:
     return ordered(points.axes[name].tolist())
 
 
-def held_at(points: Points, values: Mapping[str, Any]) -> Points:
+def select_points(points: Points, values: Mapping[str, Any]) -> Points:
     """The points with these values of coordinates."""
     chosen: NDArray[np.bool_] = np.ones(len(points.values), np.bool_)
     for name, value in values.items():
@@ -123,7 +123,7 @@ def begins_with_zero(values: NDArray[Any]) -> bool:
     return len(numbers) > 2 and numbers[0] == 0.0 and bool(numbers[-1] > CLOSE * numbers[1])
 
 
-def places_of(points: Points, name: str, chosen: Points) -> NDArray[Any]:
+def axis_positions(points: Points, name: str, chosen: Points) -> NDArray[Any]:
     """Positions of some of the points along a coordinate."""
     values = chosen.axes[name]
     if values.dtype.kind not in "Ob":
@@ -147,12 +147,12 @@ def set_axis(axis: Any, points: Points, name: str) -> None:
         if values[-1] < 100.0 * values[0]:
             set_few_ticks(axis)
     if len(values) <= _TICKS:
-        axis.set_ticks(values, list(map(in_text, values)))
+        axis.set_ticks(values, list(map(format_value, values)))
         axis.set_ticks([], minor=True)
 
 
 def set_few_ticks(axis: Any) -> None:
     """Ticks of a logarithmic axis at 1, 2 and 5, as of powers of ten there would be one or two."""
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(lambda value, _: in_text(float(value)))
+    axis.set_major_formatter(lambda value, _: format_value(float(value)))
     axis.set_minor_formatter(NullFormatter())

@@ -26,7 +26,7 @@ from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.ensemble import mean_of, student
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import rounded
-from nanoslip.study.dataset.table import scales_of
+from nanoslip.study.dataset.table import read_scales
 from nanoslip.study.figures.points import DrawnColumns, ordered
 from nanoslip.study.measured.columns import rows_as_csv
 
@@ -67,7 +67,7 @@ class Number(NamedTuple):
     error: float
 
 
-def number_of(values: Any) -> Number:
+def start_mean(values: Any) -> Number:
     """The mean of a number over starts, and its ±."""
     mean = mean_of(np.asarray(values, float))
     return Number(float(mean.mean), float(mean.uncertainty))
@@ -79,7 +79,7 @@ def average(numbers: Sequence[Number]) -> Number:
     return Number(float(values.mean()), float(np.hypot.reduce(errors)) / len(numbers))
 
 
-def over_starts(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0) -> str:
+def start_statistics(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0) -> str:
     """Mean, standard deviation and range of a number over the starts (any shape) of an ensemble; NaN do not count."""
     found = scale * values[np.isfinite(values)]
     if not len(found):
@@ -145,7 +145,7 @@ _FORMATS: Final[dict[str, dict[str, Any]]] = {
 FORMATS: Final = tuple(_FORMATS)
 
 
-def format_of(path: Path, allowed: Sequence[str] = FORMATS) -> str:
+def file_format(path: Path, allowed: Sequence[str] = FORMATS) -> str:
     """Format by the ending of a file's name, in small or large letters. Raises InvalidInput."""
     form = path.suffix.removeprefix(".").lower()
     if form not in allowed:
@@ -166,7 +166,7 @@ def column(height: float = 2.4, width: float = COLUMN, make: Callable[..., Figur
 
 
 @contextmanager
-def styled(sheet: str = "") -> Iterator[None]:
+def read_style(sheet: str = "") -> Iterator[None]:
     """Settings of a style sheet, a file or one of matplotlib's by its name. Raises InvalidInput if there is none."""
     with mpl.rc_context():
         try:
@@ -177,7 +177,7 @@ def styled(sheet: str = "") -> Iterator[None]:
         yield
 
 
-def resized(figure: Figure, size: Sequence[float] = ()) -> Figure:
+def resize_figure(figure: Figure, size: Sequence[float] = ()) -> Figure:
     """Resize a figure to this size in inches; without a size to the user's settings, if any."""
     theirs = mpl.rcParams["figure.figsize"]
     if size or theirs != mpl.rcParamsDefault["figure.figsize"]:
@@ -270,7 +270,7 @@ class Sort:
     """Views that a dataset calls for, and sentences on what is not drawn; none if it has nothing of the sort."""
 
 
-def csv_of(columns: DrawnColumns) -> str:
+def format_csv(columns: DrawnColumns) -> str:
     """Columns as CSV with a line of names; numbers have nine digits, missing ones are empty."""
     rows = zip(*(map(_cell, np.asarray(each).tolist()) for each in columns.values()), strict=True)
     return rows_as_csv(itertools.chain([columns], rows))
@@ -320,9 +320,9 @@ class ClosedForm:
     spring_force: Floats
 
 
-def scales_in(dataset: xr.Dataset) -> Scales:
+def shipped_scales(dataset: xr.Dataset) -> Scales:
     """The scales of a dataset of a shipped campaign, whose attributes state them."""
-    found = scales_of(dataset.attrs)
+    found = read_scales(dataset.attrs)
     assert found is not None
     return found
 

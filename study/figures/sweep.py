@@ -14,8 +14,24 @@ from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.study.figures.points import Points, hyphenated, in_a_figure, in_symbols, label, symbol_and_unit, typeset
-from nanoslip.study.figures.roles import Roles, axis_sizes, held_at, is_logarithmic, places_of, set_axis, values_of
+from nanoslip.study.figures.points import (
+    Points,
+    hyphenate,
+    in_a_figure,
+    label,
+    label_in_symbols,
+    symbol_and_unit,
+    typeset,
+)
+from nanoslip.study.figures.roles import (
+    Roles,
+    axis_positions,
+    axis_sizes,
+    is_logarithmic,
+    select_points,
+    set_axis,
+    values_of,
+)
 from nanoslip.study.figures.shared import COLORS, REGIME_COLORS, WIDTH, column, edges, legend, series_styles
 
 # Panels of lines with error bars, a colour for each value of a second coordinate, or of tiles; or one for each coordinate.
@@ -33,20 +49,20 @@ LEGEND: Final = 0.35
 """Height of a legend, in inches."""
 
 
-def panels_of(points: Points, roles: Roles) -> tuple[list[dict[str, Any]], int]:
+def make_panels(points: Points, roles: Roles) -> tuple[list[dict[str, Any]], int]:
     """The coordinates of each panel, and how many panels a row has: of several coordinates one runs along the rows."""
     values = {name: values_of(points, name) for name in roles.panels}
     names = sorted(values, key=lambda name: len(values[name]) if len(values[name]) <= MOST_COLUMNS else 0)
     panels = [dict(zip(names, each, strict=True)) for each in itertools.product(*(values[name] for name in names))]
-    return panels, len(values[names[-1]]) if len(names) > 1 else columns_for(len(panels))
+    return panels, len(values[names[-1]]) if len(names) > 1 else panel_columns(len(panels))
 
 
-def columns_for(count: int) -> int:
+def panel_columns(count: int) -> int:
     """Number of panels side by side, for this number of panels of one sort."""
     return 1 if count == 1 else 2 if count <= 4 else MOST_COLUMNS
 
 
-def grid_of(figure: Figure, count: int, columns: int, **shared: Any) -> list[Any]:
+def arrange_panels(figure: Figure, count: int, columns: int, **shared: Any) -> list[Any]:
     """Arrange `count` panels in rows of `columns`; several rows enlarge the figure."""
     rows = math.ceil(count / columns)
     figure.set_size_inches(WIDTH if columns < 3 else 1.5 * WIDTH, 2.5 if rows == 1 else 0.6 + 1.8 * rows)
@@ -58,20 +74,20 @@ def grid_of(figure: Figure, count: int, columns: int, **shared: Any) -> list[Any
     return list(found[:count])
 
 
-def figure_of(points: Points, roles: Roles, make: Callable[..., Figure] = Figure) -> Figure:
+def draw_over_axes(points: Points, roles: Roles, make: Callable[..., Figure] = Figure) -> Figure:
     """Lines over the first coordinate, or tiles over two, in a panel for each value of the others."""
-    points = held_at(points, roles.held)
+    points = select_points(points, roles.held)
     draw: Callable[..., Any] = _draw_tiles if roles.mapped else _draw_lines
     with column(width=WIDTH, make=make) as figure:
-        panels, columns = panels_of(points, roles)
-        found = grid_of(figure, len(panels), columns, sharex=True, sharey=True)
+        panels, columns = make_panels(points, roles)
+        found = arrange_panels(figure, len(panels), columns, sharex=True, sharey=True)
         for axes, panel in zip(found, panels, strict=True):
-            mesh = draw(axes, points, held_at(points, panel), roles)
-            axes.set_title("\n".join(typeset(in_symbols({name: value})) for name, value in panel.items()))
+            mesh = draw(axes, points, select_points(points, panel), roles)
+            axes.set_title("\n".join(typeset(label_in_symbols({name: value})) for name, value in panel.items()))
         if roles.mapped:
             figure.supylabel(_lines(label(roles.hue)))
             if points.text:
-                _legend_of_tiles(figure, words_in(points))
+                _legend_of_tiles(figure, distinct_words(points))
             else:
                 figure.colorbar(mesh, ax=found, label=typeset(points.label))
         else:
@@ -84,8 +100,10 @@ def draw_scattered(points: Points, make: Callable[..., Figure] = Figure) -> Figu
     """One panel for each coordinate, each with all points: of a design that is no product."""
     names = list(axis_sizes(points))
     with column(width=WIDTH, make=make) as figure:
-        for axes, name in zip(grid_of(figure, len(names), columns_for(len(names)), sharey=True), names, strict=True):
-            x = places_of(points, name, points)
+        for axes, name in zip(
+            arrange_panels(figure, len(names), panel_columns(len(names)), sharey=True), names, strict=True
+        ):
+            x = axis_positions(points, name, points)
             steps = np.diff(x)
             one_way = bool((steps > 0).all() or (steps < 0).all())
             _draw_series(axes, points, points, x, next(series_styles()), line=one_way)
@@ -104,8 +122,8 @@ def _draw_lines(axes: Any, points: Points, here: Points, roles: Roles) -> None:
         else [("", {})]
     )
     for style, (name, hue) in zip(series_styles(), hues, strict=False):
-        series = held_at(here, hue)
-        _draw_series(axes, points, series, places_of(points, roles.x, series), style, name, line)
+        series = select_points(here, hue)
+        _draw_series(axes, points, series, axis_positions(points, roles.x, series), style, name, line)
     set_axis(axes.xaxis, points, roles.x)
 
 
@@ -116,7 +134,7 @@ def _draw_series(
     color = style["color"]
     order = np.argsort(x, kind="stable")
     x, series = x[order], series.at(order)
-    y, there = _heights(series, words_in(points)), series.there  # a line breaks at what is no number
+    y, there = _heights(series, distinct_words(points)), series.there  # a line breaks at what is no number
     if series.text or len(set(x[there].tolist())) < there.sum() or not line:
         style = {**style, "linestyle": ""}
     errors, ends = np.nan_to_num(series.errors), far_below(points, series)
@@ -156,7 +174,7 @@ def _heights(points: Points, names: list[str]) -> Floats:
     return np.array([order.get(value, np.nan) for value in points.values.tolist()], dtype=float)
 
 
-def words_in(points: Points) -> list[str]:
+def distinct_words(points: Points) -> list[str]:
     """The words that occur as values, each once. None of numbers."""
     if not points.text:
         return []
@@ -178,8 +196,8 @@ def _finish(figure: Figure, points: Points, title: str = "") -> None:
     """Scale and label of the y axis, and the legend with its title."""
     for axes in figure.axes:
         if points.text:
-            names = words_in(points)
-            axes.set_yticks(range(len(names)), [*map(hyphenated, names)])
+            names = distinct_words(points)
+            axes.set_yticks(range(len(names)), [*map(hyphenate, names)])
             axes.set_ylim(-0.5, len(names) - 0.5)
         elif is_logarithmic(points.values):
             axes.set_yscale("log")
@@ -208,9 +226,9 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
 
     Crosses are cases without one, dots those to be taken with care. Very many have none.
     """
-    names = words_in(points)
-    x, y = places_of(points, roles.x, here), places_of(points, roles.hue, here)
-    columns, rows = (np.unique(places_of(points, name, points)) for name in (roles.x, roles.hue))
+    names = distinct_words(points)
+    x, y = axis_positions(points, roles.x, here), axis_positions(points, roles.hue, here)
+    columns, rows = (np.unique(axis_positions(points, name, points)) for name in (roles.x, roles.hue))
 
     def tiles(values: NDArray[Any], otherwise: float) -> Floats:
         """(rows, columns)"""
@@ -229,7 +247,7 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
     mesh = axes.pcolormesh(*ends, tiles(_heights(here, names), np.nan), **look, **_colors(points, names))
     care = here.flagged & here.there
     axes.set(xlim=ends[0][[0, -1]], ylim=ends[1][[0, -1]])
-    for border in border_of(points, here, roles):
+    for border in critical_border(points, here, roles):
         axes.plot(*border, color="black", linewidth=1.2)
     if is_crowded(points, roles):
         inside = tiles(care, 0.0)
@@ -241,7 +259,7 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
     return mesh
 
 
-def border_of(points: Points, here: Points, roles: Roles) -> Iterator[tuple[Floats, Floats]]:
+def critical_border(points: Points, here: Points, roles: Roles) -> Iterator[tuple[Floats, Floats]]:
     """Line over a map of regimes above whose velocity the pin no longer sticks, if it is known: places along both axes.
 
     Each place has the mean of its drives.
@@ -249,7 +267,7 @@ def border_of(points: Points, here: Points, roles: Roles) -> Iterator[tuple[Floa
     known = np.isfinite(here.critical_velocity)
     if VELOCITY not in (roles.x, roles.hue) or points.axes[VELOCITY].dtype.kind in "Ob" or not known.any():
         return
-    places = places_of(points, roles.x if roles.hue == VELOCITY else roles.hue, here)[known]
+    places = axis_positions(points, roles.x if roles.hue == VELOCITY else roles.hue, here)[known]
     along, which = np.unique(places, return_inverse=True)
     means = np.exp(np.bincount(which, np.log(here.critical_velocity[known])) / np.bincount(which))
     yield (along, means) if roles.hue == VELOCITY else (means, along)
@@ -277,6 +295,6 @@ def _palette(names: Sequence[str]) -> list[Any]:
 
 def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
     for color, name in zip(_palette(names), names, strict=True):
-        figure.axes[0].plot([], [], "s", color=color, label=hyphenated(name))
+        figure.axes[0].plot([], [], "s", color=color, label=hyphenate(name))
     beside = LETTERS_OF_TILES // (max(map(len, names)) + len("■   "))
     _named(figure, ncols=max(min(len(names), beside), 1))

@@ -15,13 +15,13 @@ from nanoslip.solver.contact.closed_forms import HertzContact, MindlinLoops, her
 from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
-from nanoslip.study.dataset.access import Accessor, id_of
-from nanoslip.study.dataset.file import groups_of
-from nanoslip.study.dataset.table import case_rows, scales_of
+from nanoslip.study.dataset.access import Accessor, run_id_name
+from nanoslip.study.dataset.file import read_groups
+from nanoslip.study.dataset.table import case_rows, read_scales
 from nanoslip.study.dataset.variables import are_means
-from nanoslip.study.figures.answer import answers, view_of
-from nanoslip.study.figures.points import DrawnColumns, axes_of, in_symbols, label, points_of, typeset
-from nanoslip.study.figures.roles import roles_of, scattered
+from nanoslip.study.figures.answer import answers, make_view
+from nanoslip.study.figures.points import DrawnColumns, axes_of, label, label_in_symbols, read_points, typeset
+from nanoslip.study.figures.roles import assign_roles, scattered
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
 
 # Runs of a dataset (records, trajectories, contacts) as views: of many a few, spread over all axes.
@@ -82,14 +82,14 @@ class RunFamily:
     height: float = HEIGHT
 
 
-def runs_of(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> list[DrawnRun]:
+def list_runs(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> list[DrawnRun]:
     """The runs of a group, each once, though several cases share it; none if the dataset has no such group.
 
     need: runs of cases that lack it are left out.
     """
-    if f"{group}_id" not in dataset or group not in groups_of(dataset):
+    if f"{group}_id" not in dataset or group not in read_groups(dataset):
         return []
-    rows = case_rows(dataset, id_of(dataset, group))
+    rows = case_rows(dataset, run_id_name(dataset, group))
     ids = rows.values(f"{group}_id").tolist()
     labels, positions = axes_of(rows), rows.positions
     distinct = [name for name in dict.fromkeys(ids) if isinstance(name, str) and name]
@@ -106,12 +106,12 @@ def runs_of(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> lis
     return runs
 
 
-def views_of(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
+def draw_runs(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
     """Figures of a few runs; and how many are not drawn, and why."""
     caption = family.caption
     if are_means(dataset) and not family.of_all:
         caption += ", of the first member"
-    runs = runs_of(dataset, family.group, family.need)
+    runs = list_runs(dataset, family.group, family.need)
     shown = [runs[position] for position in spread([run.label for run in runs], MOST_RUNS)]
     counted = "all" if len(shown) == len(runs) else f"{len(shown)} of {len(runs)}, spread over all axes"
     numbers = cache(partial(_columns_to_draw, family, dataset))  # a figure shows a run, and a file holds it
@@ -120,13 +120,13 @@ def views_of(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
         yield View(f"{family.name}_together", f"{caption}: {counted}.", draw, partial(_joined, numbers, shown))
     else:
         for run in shown:
-            which = f": {in_symbols(run.label)}" if run.label else ""
+            which = f": {label_in_symbols(run.label)}" if run.label else ""
             draw = partial(_drawn, family, numbers, [run])
             yield View(f"{family.name}_{run.number}", f"{caption}{which}.", draw, partial(numbers, run))
         if len(shown) < len(runs):
             yield f"Drawn: {counted}."
     if family.need:
-        yield from _remark_on_missing(family.need, len(runs), len(runs_of(dataset, family.group)))
+        yield from _remark_on_missing(family.need, len(runs), len(list_runs(dataset, family.group)))
 
 
 FARTHEST_DRAWN: Final = 1e150
@@ -154,7 +154,7 @@ def _remark_on_missing(need: RunNeed, drawable: int, every: int) -> Iterator[str
         yield f"{every - drawable} of {every} are not drawn: {need.otherwise}."
 
 
-def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int64]:
+def thin_line(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int64]:
     """Select points of a line that keep its look: the lowest and the highest in each bin of x, and the ends.
 
     x: (n,), rising. Returns rising indices; all where there are few.
@@ -177,7 +177,7 @@ def _joined(numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun
     for run in runs:
         columns = dict(numbers(run))
         length = len(next(iter(columns.values())))
-        case = np.full(length, in_symbols(run.label), dtype=object)
+        case = np.full(length, label_in_symbols(run.label), dtype=object)
         tables.append({"case": case, **columns})
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
@@ -189,7 +189,7 @@ def _drawn(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], runs:
         for color, run in zip(COLORS, runs, strict=False):
             style = {"color": color}
             if len(runs) > 1:
-                style["label"] = typeset(in_symbols(run.label))
+                style["label"] = typeset(label_in_symbols(run.label))
             family.draw(axes, numbers(run), style)
         axes.set(**family.axes)
         _, names = axes.get_legend_handles_labels()
@@ -216,11 +216,11 @@ def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     if "event" not in contact.dims:
         contact = contact.expand_dims("event")
     x = contact["x"].values
-    near = _near(x, contact["pressure"].values)
+    near = is_near_contact(x, contact["pressure"].values)
     x = x[near]
     pressure = contact["pressure"].values[:, near]
     shear = contact["shear"].values[:, near]
-    nodes = [np.union1d(thinned(x, p), thinned(x, q)) for p, q in zip(pressure, shear, strict=True)]
+    nodes = [np.union1d(thin_line(x, p), thin_line(x, q)) for p, q in zip(pressure, shear, strict=True)]
     event = np.repeat(np.arange(len(nodes)), [len(each) for each in nodes])
     node = np.concatenate(nodes)
     return {
@@ -270,7 +270,7 @@ def draw_contacts(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None
     axes.plot(here["x"], here["half_plane_pressure"], "--", linewidth=0.6, color=color)
 
 
-def _near(x: NDArray[np.float64], pressure: NDArray[np.float64]) -> NDArray[np.bool_]:
+def is_near_contact(x: NDArray[np.float64], pressure: NDArray[np.float64]) -> NDArray[np.bool_]:
     touching = x[(pressure > 0.0).any(axis=0)]
     if not len(touching):
         return np.ones(len(x), np.bool_)
@@ -297,8 +297,8 @@ def drive_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Time (s), spring force over load, and the fitted one (NaN where nothing was fitted), thinned to what can be seen."""
     pulled = Accessor(dataset).trajectory(**run.selection)
     time, force = pulled["time"].values, pulled["sample_spring_force"].values
-    model = fitted(pulled, scales_of(dataset.attrs), time)
-    seen = thinned(time, force)
+    model = fitted(pulled, read_scales(dataset.attrs), time)
+    seen = thin_line(time, force)
     fit = np.full(len(time), np.nan) if model is None else model.spring_force
     return {"time": time[seen], "spring_force": force[seen], "fitted_spring_force": fit[seen]}
 
@@ -418,7 +418,7 @@ def record_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Displacement and F/W of a record, both sides of each drop, thinned to what can be seen."""
     line = Accessor(dataset).teeth(**run.selection)
     x, force = line["displacement"].values, line["friction_force"].values
-    seen = thinned(x, force)
+    seen = thin_line(x, force)
     return {"displacement": x[seen], "friction_force": force[seen]}
 
 
@@ -454,7 +454,7 @@ def path_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
 def _leg_seen(x: NDArray[Any], force: NDArray[Any], here: NDArray[np.int64]) -> NDArray[np.int64]:
     """Points of a leg that keep its look, in their order."""
     forward = here if x[here[0]] <= x[here[-1]] else here[::-1]
-    return np.sort(forward[thinned(x[forward], force[forward])])
+    return np.sort(forward[thin_line(x[forward], force[forward])])
 
 
 LOOPS: Final = RunFamily(
@@ -493,7 +493,7 @@ CYCLE_VIEWS: Final = RunFamily(
 )
 
 
-def beside_closed_forms(dataset: xr.Dataset) -> Iterator[View | str]:
+def draw_answers(dataset: xr.Dataset) -> Iterator[View | str]:
     """The answers of a campaign; loss per cycle over amplitude has its closed form beside it."""
     for answer in answers(dataset):
         losses = None
@@ -504,13 +504,13 @@ def beside_closed_forms(dataset: xr.Dataset) -> Iterator[View | str]:
 
 def _losses(dataset: xr.Dataset) -> View | None:
     """Loss per cycle over amplitude, with Mindlin's closed form; None if cases are not lines over amplitude."""
-    points = replace(points_of(dataset, "loss_per_cycle"), closed_form=_mindlin(dataset))
-    lossless = points_of(dataset, "shaken_down").values == 1.0
+    points = replace(read_points(dataset, "loss_per_cycle"), closed_form=_mindlin(dataset))
+    lossless = read_points(dataset, "shaken_down").values == 1.0
     points = points.at(~lossless)
     along = [name for name in ("amplitude", "stroke") if len(set(points.axes.get(name, ()))) > 1]
-    if not along or scattered(points) or roles_of(points, along[0]).mapped:
+    if not along or scattered(points) or assign_roles(points, along[0]).mapped:
         return None
-    view = view_of(points, along[0])
+    view = make_view(points, along[0])
     form = "Mindlin's closed form (Coulomb friction, half-plane without coupling), with the stiffness K of each case"
     caption = f"{view.caption} Dotted lines without marks: {form}."
     if lossless.any():
@@ -540,7 +540,7 @@ def _mindlin(dataset: xr.Dataset) -> NDArray[np.float64]:
 
 FAMILIES: Final = (CONTACT_VIEWS, DRIVES, SIZE_VIEWS, INTERIORS, RECORDS, LOOPS, CYCLE_VIEWS)
 SORTS: Final = {
-    "answer": Sort("answer", "Answer", beside_closed_forms),
-    **{each.name: Sort(each.name, each.title, partial(views_of, family=each)) for each in FAMILIES},
+    "answer": Sort("answer", "Answer", draw_answers),
+    **{each.name: Sort(each.name, each.title, partial(draw_runs, family=each)) for each in FAMILIES},
 }
 """Every sort by name, in the order of a page."""

@@ -20,11 +20,11 @@ from nanoslip.study.figures.points import points_named
 from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, search_parameters
 from nanoslip.study.inference.sensitivity import axis_of, point_errors, spread_of_members
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
-from nanoslip.study.manifest.parameters import TABLES, names_by_word, of_symbol, table_taking
+from nanoslip.study.manifest.parameters import TABLES, names_by_word, table_taking, word_for_symbol
 from nanoslip.study.manifest.problems import ManifestError, unknown
 from nanoslip.study.manifest.reader import DEFAULT, parse_manifest
 from nanoslip.study.measured.columns import rows_as_csv
-from nanoslip.study.plan.kinds import in_stages
+from nanoslip.study.plan.kinds import order_by_stage
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store
 from nanoslip.study.toml_text import as_toml, from_toml
@@ -70,10 +70,10 @@ class Question:
     def plans(self, x: Floats, own_starts: bool = True) -> list[Plan]:
         """The cases at points (n, d) in the unit cube, in their order: a plan for each setting of the drives.
 
-        own_starts: see `starts_of`; without them the cases are the campaign's own. Raises ManifestError.
+        own_starts: see `start_range`; without them the cases are the campaign's own. Raises ManifestError.
         """
         values = np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)])
-        return self._plans(values, starts_of(values, self.places) if own_starts else {})
+        return self._plans(values, start_range(values, self.places) if own_starts else {})
 
     def answer(self, compute: Compute, out: Path, most: int, why: Reasons) -> Fit:
         """Find the parameters that agree, from at most `most` computed points; finished points of the campaign are used.
@@ -81,11 +81,11 @@ class Question:
         out: folder of the campaign's results. Raises what `compute` does, TooFewError.
         """
 
-        own = self.finished_points(Store(out))
+        own = self.list_finished_points(Store(out))
 
         def simulate(x: Floats) -> ComputedPoint:
             plans = self.plans(x)
-            return self._points(x, plans, compute(joined_plans(plans)), self.same_places)
+            return self._points(x, plans, compute(join_plans(plans)), self.same_places)
 
         def reasons(x: Floats) -> list[str]:
             ours = (x[:, None] == own[None]).all(axis=-1).any(axis=1)
@@ -96,7 +96,7 @@ class Question:
         before = None
         if len(own):
             plans = self.plans(own, own_starts=False)
-            before = self._points(own, plans, compute(joined_plans(plans)), same_places=True)
+            before = self._points(own, plans, compute(join_plans(plans)), same_places=True)
             before = (
                 before if np.isfinite(before.errors).any() else None
             )  # of single starts all have the same error, unknown
@@ -105,11 +105,11 @@ class Question:
     def at(self, x: Floats) -> str:
         """The campaign at a point (d,) in the unit cube, as the text of a file."""
         values = np.array([own.at(x)[axis] for axis, own in enumerate(self.ranges)])
-        places = {name: column[0] for name, column in starts_of(values[None], self.places).items()}
+        places = {name: column[0] for name, column in start_range(values[None], self.places).items()}
         document = self._with({own.name: float(value) for own, value in zip(self.ranges, values, strict=True)} | places)
         return as_toml({**document, "outputs": {**document.get("outputs", {}), "trajectory": True}})
 
-    def finished_points(self, store: Store) -> Floats:
+    def list_finished_points(self, store: Store) -> Floats:
         """The campaign's own cases in these ranges that are finished, as points (n, d) in the unit cube."""
         names = [names_by_word().get(each.name, each.name) for each in self.ranges]
         none = np.empty((0, len(names)))
@@ -166,12 +166,12 @@ class Question:
 
     def _points(self, x: Floats, plans: Sequence[Plan], store: Store, same_places: bool) -> ComputedPoint:
         """same_places: whether members come down at the same places at all points."""
-        parts = [_numbers_of(self.targets, plan, collect(plan, store)) for plan in plans]
+        parts = [point_numbers(self.targets, plan, collect(plan, store)) for plan in plans]
         values, errors, starts, flags = (np.concatenate(each) for each in zip(*parts, strict=True))
         return ComputedPoint(x, values, errors, starts, errors if same_places else 0.0 * errors, flags.max(axis=1))
 
 
-def starts_of(values: Floats, places: Sequence[str]) -> dict[str, list[float]]:
+def start_range(values: Floats, places: Sequence[str]) -> dict[str, list[float]]:
     """Column of `places` -> its values at points (n, d): members come down elsewhere at each, so that errors are independent.
 
     Members of equal load, pin and grid start at the same places: their means are all off by the same, which no further point
@@ -185,7 +185,7 @@ def starts_of(values: Floats, places: Sequence[str]) -> dict[str, list[float]]:
     return found
 
 
-def _numbers_of(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -> tuple[NDArray[Any], ...]:
+def point_numbers(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -> tuple[NDArray[Any], ...]:
     """Values, ±, standard deviations of a start, and validity flags, each (cases, targets)."""
     found = [points_named(dataset, target.name) for target in targets]
     if len({points.name for points in found}) < len(found):
@@ -208,7 +208,7 @@ def _numbers_of(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -> t
     return tuple(np.column_stack(each) for each in columns)
 
 
-def question_of(
+def make_question(
     manifest: Manifest, targets: Sequence[Target], vary: Mapping[str, Ends | None], fixed: Mapping[str, Any]
 ) -> Question:
     """The inverse problem of a campaign. Raises ManifestError.
@@ -223,9 +223,9 @@ def question_of(
     stated = {**parameters_of_a_case(), **drive_parameters()}
     given = from_toml(manifest.text)
     axes = {stated[name].word or name: values for name, values in manifest.axes.items()} | dict(manifest.drive_axes)
-    fixed = _by_word(fixed, stated)
+    fixed = keys_by_word(fixed, stated)
     several = [word for word, values in axes.items() if len(set(values)) > 1 and word not in fixed]
-    asked = _by_word(vary, stated) or dict.fromkeys(word for word in several if isinstance(axes[word][0], float))
+    asked = keys_by_word(vary, stated) or dict.fromkeys(word for word in several if isinstance(axes[word][0], float))
     if not asked:
         raise ManifestError.in_file(manifest.path, "--vary, as --vary mu_i=0.1:0.8", "no axis of several numbers")
     for word in asked:
@@ -257,19 +257,19 @@ def question_of(
     return replace(question, places=places, same_places=START in fixed)
 
 
-def _by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[str, Any]:
+def keys_by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[str, Any]:
     """Map values given by words or symbols to words. Raises ManifestError if one is given twice."""
-    found = {of_symbol(key, stated): value for key, value in given.items()}
+    found = {word_for_symbol(key, stated): value for key, value in given.items()}
     if len(found) < len(given):
         raise ManifestError.of(", ".join(given), need="each parameter once, by its name or its symbol")
     return found
 
 
-def joined_plans(plans: Sequence[Plan]) -> Plan:
+def join_plans(plans: Sequence[Plan]) -> Plan:
     """Join the tasks of several plans into one; its cases are those of the first."""
     tasks = {task.key: task for plan in plans for task in plan.distinct}
     firsts = {key: first for plan in plans for key, first in plan.firsts.items()}
-    return replace(plans[0], distinct=tuple(in_stages(tasks.values())), firsts=firsts)
+    return replace(plans[0], distinct=tuple(order_by_stage(tasks.values())), firsts=firsts)
 
 
 def _fix(document: dict[str, Any], word: str, value: Any) -> None:

@@ -169,14 +169,14 @@ class Fit:
             misfit = self.misfit(cloud)
             if misfit.min() > self.limit(LEVELS[-1]):
                 misfit = self.misfit(cloud, unsure=False)
-            inside = cloud[misfit <= self.open_to(misfit)]
+            inside = cloud[misfit <= self.acceptable_misfit(misfit)]
             if not 0 < len(inside) < ENOUGH:
                 break
             room = 2.0 * (high - low) * CLOUD ** (-1.0 / len(self.ranges)) + 0.25 * np.ptp(inside, axis=0)
             low, high = np.maximum(inside.min(axis=0) - room, low), np.minimum(inside.max(axis=0) + room, high)
         return cloud, misfit
 
-    def open_to(self, misfit: Floats) -> float:
+    def acceptable_misfit(self, misfit: Floats) -> float:
         """The misfit up to which points may agree, or are near the nearest."""
         return max(self.limit(LEVELS[-1]), float(misfit.min()) + self.limit(LEVELS[0]))
 
@@ -224,7 +224,7 @@ class Fit:
             found.append((float(inside.min()), float(inside.max())) if len(inside) else None)
         return found
 
-    def undetermined(self) -> list[str]:
+    def undetermined_parameters(self) -> list[str]:
         """Parameters whose whole range agrees at 95 %."""
         inside = self.agreeing(LEVELS[-1])
         spans = np.ptp(inside, axis=0) if len(inside) else np.zeros(len(self.ranges))
@@ -247,7 +247,7 @@ class Fit:
     def differs(self, other: "Fit") -> float:
         """Share of the set at 95 %, or of the surroundings of the nearest point, in which another fit differs."""
         cloud, misfit = self.cloud
-        limit = self.open_to(misfit)
+        limit = self.acceptable_misfit(misfit)
         own, others = misfit <= limit, other.misfit(cloud, other.reached) <= limit
         return float((own ^ others).sum() / max((own | others).sum(), 1))
 
@@ -255,7 +255,7 @@ class Fit:
 def _next_points(found: Fit, count: int) -> Floats:
     """Points to be computed next: spread over the set while the surrogate's error matters there; none when it does not."""
     cloud, misfit = found.cloud
-    inside = cloud[misfit <= found.open_to(misfit)]
+    inside = cloud[misfit <= found.acceptable_misfit(misfit)]
     if not len(inside):  # no point has the numbers: look everywhere
         inside = cloud
     beyond = max(float(misfit.min()) / found.limit(LEVELS[-1]), 1.0) if np.isfinite(misfit.min()) else 1.0
@@ -303,7 +303,7 @@ def sentences(found: Fit) -> Iterator[str]:
         yield f"Computed there: {', '.join(f'{target.name} = {with_error(*known)}' for target, *known in there)}."
     if len(found.islands) > 1:
         yield f"{len(found.islands)} separate sets agree at 95 %, the best one first."
-    for name in found.undetermined():
+    for name in found.undetermined_parameters():
         yield f"{name} is not determined by these numbers: its whole range agrees at 95 %."
     for first, second, ((a, b), (c, d)) in found.tied():
         yield (

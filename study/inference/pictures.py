@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.study.figures.points import DrawnColumns, label, points_of, symbol_and_unit, typeset
+from nanoslip.study.figures.points import DrawnColumns, label, read_points, symbol_and_unit, typeset
 from nanoslip.study.figures.roles import set_few_ticks
 from nanoslip.study.figures.shared import COLORS, PAGE, WIDTH, Sort, View, column, legend
 from nanoslip.study.inference.fit import LEVELS, Fit, Range
@@ -51,7 +51,7 @@ def bars(found: Sensitivity) -> Figure:
     return figure
 
 
-def indices_of(found: Sensitivity) -> DrawnColumns:
+def index_table(found: Sensitivity) -> DrawnColumns:
     """The indices as a table."""
     both = {"first": found.first, "total": found.total}
     parts = {f"{kind}{end}": shares[:, place] for kind, shares in both.items() for place, end in enumerate(_ENDS)}
@@ -68,19 +68,19 @@ def sensitivity_view(found: Sensitivity) -> View:
         f"together with others (total index), with intervals of 95 %. {caution(found)}"
     )
     name = f"sensitivity_{found.of.replace('/', '_over_')}"
-    return View(name, caption, partial(bars, found), partial(indices_of, found))
+    return View(name, caption, partial(bars, found), partial(index_table, found))
 
 
-def _on_page(dataset: xr.Dataset) -> Iterator[View | str]:
+def draw_index_bars(dataset: xr.Dataset) -> Iterator[View | str]:
     """Bars for each number on the page, or why they are unknown; none with fewer than three axes."""
     names = next((group for group in NUMBERS if group[0] in dataset), ())
     for name in names:
-        if name in dataset and len(points_of(dataset, name).axes) >= FEWEST_AXES:
+        if name in dataset and len(read_points(dataset, name).axes) >= FEWEST_AXES:
             found = sensitivity(dataset, name, ON_PAGE)
             yield caution(found) if found.unknown else sensitivity_view(found)
 
 
-SENSITIVITY: Final = Sort("sensitivity", "What matters", _on_page)
+SENSITIVITY: Final = Sort("sensitivity", "What matters", draw_index_bars)
 
 # The set of parameters that agrees with measured numbers.
 
@@ -95,7 +95,7 @@ _SHADES: Final = ("#0b5394", "#9fc5e8")
 def contours(found: Fit) -> Figure:
     """The set at 68 and 95 % in a panel for each pair of parameters, with the computed points and the best one."""
     if len(found.ranges) == 1:
-        return _along(found)
+        return draw_parameter_fit(found)
     pairs = list(itertools.combinations(range(len(found.ranges)), 2))
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)
@@ -135,7 +135,7 @@ def _draw_pair(axes: Any, found: Fit, first: int, second: int) -> None:
             set_few_ticks(getattr(axes, f"{name}axis"))
 
 
-def _along(found: Fit) -> Figure:
+def draw_parameter_fit(found: Fit) -> Figure:
     """Draw a fit of one parameter: each number over it, the measured one as a band, and the parameter's interval."""
     grid = np.linspace(0.0, 1.0, 4 * FINE)[:, None]
     means, errors = found.predict(grid)

@@ -26,8 +26,8 @@ from nanoslip.study.manifest.parameters import (
     names_by_word,
     parameters_text,
     plain,
+    table_words,
     words_by_name,
-    words_of,
 )
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, unknown
 from nanoslip.study.manifest.reader import KEYS_OF_FILES, refuse_with_stages
@@ -87,7 +87,7 @@ def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
     return cases
 
 
-def labels_of(manifest: Manifest) -> PointLabels:
+def common_labels(manifest: Manifest) -> PointLabels:
     """The labels that all cases of a campaign have."""
     given = {**Case.of({}).flat, **manifest.fixed}
     return PointLabels(tuple(manifest.axes), {name: given[name] for name in STANDARD if name not in manifest.axes})
@@ -114,7 +114,7 @@ class _Expansion:
     """Makes the cases of one campaign."""
 
     def __init__(self, manifest: Manifest) -> None:
-        self._manifest, self._labels = manifest, labels_of(manifest)
+        self._manifest, self._labels = manifest, common_labels(manifest)
         self._alike = Alike(manifest.fixed, self._labels.names)
         self._texts = Texts(lambda case: naming(case.flat), lambda case: bool(case.start_y))
 
@@ -153,7 +153,7 @@ def naming(parameters: Mapping[str, Any]) -> dict[str, Any]:
 _DRIVES: Final = "drives"
 
 
-def value_of(key: str, text: str, scales: Scales | None) -> Value:
+def parse_value(key: str, text: str, scales: Scales | None) -> Value:
     """The value of a parameter, by word or field name, from text: as a manifest has it, with a unit or without.
 
     Raises InvalidInput.
@@ -168,10 +168,10 @@ def value_of(key: str, text: str, scales: Scales | None) -> Value:
 def tables() -> dict[str, tuple[str, ...]]:
     """Table of a manifest -> the keys of it that a single case can be given."""
     others = {table: tuple(key for key in keys if key not in names_by_word()) for table, keys in OTHER_TABLES.items()}
-    return {table: words_of(table) for table in TABLES} | others
+    return {table: table_words(table) for table in TABLES} | others
 
 
-def campaign_of(given: Mapping[str, str], contact: bool = False, drive: bool = False) -> dict[str, Any]:
+def make_campaign(given: Mapping[str, str], contact: bool = False, drive: bool = False) -> dict[str, Any]:
     """The content of a campaign file with one case and at most one drive. Values are checked where it is read.
 
     given: key -> value as text. contact: stop after initial contact. drive: pull the pin by the default drive, as any key of a

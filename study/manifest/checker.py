@@ -22,15 +22,15 @@ from nanoslip.study.manifest.parameters import (
     Value,
     axes,
     field_names,
-    in_files,
+    file_parameters,
     make_case,
     names_by_word,
     plain,
-    words_of,
+    table_words,
 )
-from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, meant_by, unknown
+from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, suggestion_remark, unknown
 from nanoslip.study.manifest.surface import NamedSurface, read_surface
-from nanoslip.study.measured.columns import FileColumn, decoded, read_cells, read_columns, scale_of
+from nanoslip.study.measured.columns import FileColumn, decode_text, read_cells, read_columns, unit_factor
 from nanoslip.study.toml_text import ONE_LINE, one_line, shown
 
 
@@ -80,13 +80,13 @@ def read_text(path: Path, given: str | None = None, decode: Callable[[bytes], st
 
 def read_table(path: Path, given: str | None) -> CaseTable:
     """Read a table of cases from its file, or from `given`, the file's text. Raises ManifestError with one line per problem."""
-    text = read_text(path, given, decoded)
+    text = read_text(path, given, decode_text)
     lines = _lines(path, text)
     if len(lines) < 2:
         raise ManifestError.in_file(path, "a header of parameters and at least one case", f"{len(lines)} lines")
     header = [word.strip() for word in lines[0][1]]
     # Another file's text is nobody's business.
-    if not any(word in axes() or meant_by(word, axes()) for word in header):
+    if not any(word in axes() or suggestion_remark(word, axes()) for word in header):
         need = "a header of parameters, as intrinsic_friction,radius"
         raise ManifestError.in_file(path, need, line=lines[0][0])
     file = Place(str(path))
@@ -102,7 +102,7 @@ def read_table(path: Path, given: str | None) -> CaseTable:
     if problems:
         raise ManifestError(problems)
     columns: GivenColumns = {
-        word: [Given(Place(str(path), line), word, _of_cell(word, row[position].strip())) for line, row in lines[1:]]
+        word: [Given(Place(str(path), line), word, cell_value(word, row[position].strip())) for line, row in lines[1:]]
         for position, word in enumerate(header)
     }
     return CaseTable(text, columns)
@@ -118,8 +118,8 @@ class FileRows:
 
 def read_rows(word: str, path: Path, given: str | None) -> FileRows:
     """The value of a parameter from its file, or from `given`, the file's text. Raises ManifestError with a line per problem."""
-    text = read_text(path, given, decoded)
-    lines, stated = _lines(path, text), in_files()[word]
+    text = read_text(path, given, decode_text)
+    lines, stated = _lines(path, text), file_parameters()[word]
     header = ",".join(stated.columns)
     if not lines or [cell.strip() for cell in lines[0][1]] != [*stated.columns]:
         raise ManifestError.in_file(path, f"the header {header}", line=lines[0][0] if lines else 1)
@@ -137,7 +137,7 @@ def read_rows(word: str, path: Path, given: str | None) -> FileRows:
     whole = refused(make_case, {word: value})
     if not value or whole:
         last = {} if needs else {lines[-1][0]: whole.need if value and whole else "numbers below its header"}
-        needs |= _beside_the_last(word, good) or last
+        needs |= needs_by_line(word, good) or last
     if needs:
         cells_of = {line: shown(",".join(cells)) for line, cells in lines}
         raise ManifestError(Problem(Place(str(path), line), cells_of[line], need=needs[line]) for line in sorted(needs))
@@ -149,10 +149,10 @@ def read_legs(path: Path, given: str | None, units: tuple[float, float]) -> File
 
     Displacements are in L_x and loads over normal_load if the header has no units. units: L_x in m, normal_load in N.
     """
-    text = read_text(path, given, decoded)
+    text = read_text(path, given, decode_text)
     try:
         source = read_columns(path, text)
-        places = [source.named(name) for name in in_files()["legs"].columns]
+        places = [source.named(name) for name in file_parameters()["legs"].columns]
         rows = source.rows(places)
         if rows.holes or source.left_out.number or source.below:
             raise InvalidInput("legs", ABSENT, "two numbers in each line")
@@ -169,7 +169,7 @@ def _scale_of(column: FileColumn, unit: str, size: float) -> float:
     """Factor from a column's unit, if it has one, to multiples of a size in this SI unit. Raises InvalidInput."""
     if column.unit in ("", "1", "-"):
         return 1.0
-    scale = scale_of(column.unit, unit)
+    scale = unit_factor(column.unit, unit)
     require(column.name, column.unit, math.isfinite(scale), f"a unit of {unit}, or none")
     require(column.name, column.unit, math.isfinite(size), ONE_LOAD if unit == "N" else WIDTH_NEEDED)
     return scale / size
@@ -196,7 +196,7 @@ def loads_over(given: Any, unit: float) -> Any:
     return [load if each is load else load / unit for each, load in zip(given, found, strict=True)]
 
 
-def _beside_the_last(word: str, given: Mapping[int, Any]) -> dict[int, str]:
+def needs_by_line(word: str, given: Mapping[int, Any]) -> dict[int, str]:
     """Line -> what its value needs after the last right one."""
     last: tuple[Any, ...] = ()
     found = {}
@@ -225,7 +225,7 @@ def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
         raise ManifestError.in_file(path, remark=str(error)) from None
 
 
-def _of_cell(word: str, cell: str) -> Value | None:
+def cell_value(word: str, cell: str) -> Value | None:
     """The value of a cell; None of an empty one where a setting of a scheme is not given."""
     return number_or_text(cell) if cell or word not in SCHEMES.settings() else None
 
@@ -287,10 +287,10 @@ class Checker:
         """
         good: GivenColumns = {}
         for word, value in content.items():
-            if word in words_of(table):
+            if word in table_words(table):
                 good[word] = [Given(self.place(table), word, value)]
             else:
-                remark = unknown(word, (*words_of(table), *others))
+                remark = unknown(word, (*table_words(table), *others))
                 self.refuse(key_shown(word), value, remark=remark, table=table)
         return good
 
@@ -415,7 +415,7 @@ class NamedFiles(Checker):
         """Values of the parameters of the tables that are files, by their words; they take the place of the files' names."""
         found: dict[str, FileRows] = {}
         for content in fixed.values():
-            for word in [word for word in in_files() if word in content]:
+            for word in [word for word in file_parameters() if word in content]:
                 given = content.pop(word)[0]
                 if read := self._rows(given, sizes):
                     found[word], content[word] = read, [given._replace(value=read.value)]
@@ -450,7 +450,7 @@ class NamedFiles(Checker):
             units = (sizes.scales.slab_width if sizes.width_given else math.nan, sizes.load)
             read = partial(read_legs, units=units) if word == "legs" else partial(read_rows, word)
             return self._read(read, word, name, number)
-        columns = " and ".join(in_files()[word].columns)
+        columns = " and ".join(file_parameters()[word].columns)
         self.problems.append(given.problem(f"the path of a CSV file with {columns}"))
         return None
 
@@ -464,7 +464,7 @@ class NamedFiles(Checker):
             return None
 
         def read(path: Path, text: str | None) -> FileRows:
-            text = read_text(path, text, decoded)
+            text = read_text(path, text, decode_text)
             try:
                 return FileRows(text, read_surface(path, text, NamedSurface(**good)).roughness(slab_width))
             except InvalidInput as error:

@@ -15,7 +15,7 @@ from nanoslip.solver.drive import (
     TRAVEL,
     Drive,
     Scales,
-    in_seconds,
+    convert_to_seconds,
     only_length,
     parameters_of_a_drive,
     si_defaults,
@@ -95,7 +95,7 @@ class NamedDrive:
         own = {key: entries.pop(key) for key in declared(cls) if key in entries}
         checked = cls(name, **own)
         length = {PERIODS: checked.duration_periods, TRAVEL: checked.stage_travel}
-        entries = in_seconds({**entries, **length}, checked.pin_mass)
+        entries = convert_to_seconds({**entries, **length}, checked.pin_mass)
         return cls(name, **own, in_si=Drive.of({**si_defaults(), **entries}))
 
     @property

@@ -48,14 +48,14 @@ def with_symbol(word: str, symbols: Mapping[Name, str]) -> list[Name]:
     return whole or [name for name, each in spelt.items() if word in {one.partition("/")[0] for one in each}]
 
 
-def of_symbol(key: str, stated: Mapping[str, Parameter]) -> str:
+def word_for_symbol(key: str, stated: Mapping[str, Parameter]) -> str:
     """The word of the only parameter that has this symbol; any other key, or the symbol of several, as it is."""
     symbols = {each.word or name: each.symbol for name, each in stated.items()}
     found = [] if key in stated or key in symbols else with_symbol(key, symbols)
     return found[0] if len(found) == 1 else key
 
 
-def words_of(table: str) -> tuple[str, ...]:
+def table_words(table: str) -> tuple[str, ...]:
     """The words that a table of a manifest takes, in the order of declaration."""
     return tuple(stated.word or name for name, stated in parameters_of_a_case().items() if stated.table == table)
 
@@ -78,12 +78,12 @@ BETWEEN: Final = "\f"
 """Between the texts of the files of an axis, where they are one text."""
 
 
-def in_files() -> dict[str, Parameter]:
+def file_parameters() -> dict[str, Parameter]:
     """Word of each parameter whose value is a CSV file that the campaign names -> its declaration."""
     return {stated.word or name: stated for name, stated in parameters_of_a_case().items() if stated.columns}
 
 
-FILE_KEYS: Final = ("table", *in_files())
+FILE_KEYS: Final = ("table", *file_parameters())
 """Keys that name a file, of which a campaign consists: its hash is of their bytes, too, and a dataset holds their texts as the
 attributes manifest_<key>."""
 
@@ -99,7 +99,7 @@ def field_names(kind: Any) -> tuple[str, ...]:
 
 def table_taking(word: str) -> str:
     """The name of the table that takes a word; empty if none does."""
-    return next((table for table in TABLES if word in words_of(table)), "")
+    return next((table for table in TABLES if word in table_words(table)), "")
 
 
 def words_by_name() -> Mapping[str, str]:
@@ -212,7 +212,7 @@ def plain(key: str, value: Any, stated: Parameter, scales: Scales | None = None)
     if given is None:
         return value
     try:
-        found = _converted(given[1], given[2], unit, scales if stated.scale == "force" else None)
+        found = convert_unit(given[1], given[2], unit, scales if stated.scale == "force" else None)
         return float(found / Decimal(str(getattr(scales, stated.scale) if scales else 1)))
     except (AttributeError, TypeError, ValueError, ArithmeticError):  # pint's own are among them
         raise InvalidInput(key, value, f'a number, or one with a unit as "{given[1]} {as_written(unit)}"') from None
@@ -230,7 +230,7 @@ def twice(value: str) -> str:
     return f"{2 * Decimal(given[1])} {given[2]}"
 
 
-def _converted(number: str, unit: str, into: str, scales: Scales | None) -> Decimal:
+def convert_unit(number: str, unit: str, into: str, scales: Scales | None) -> Decimal:
     """A quantity in another unit. scales: for a force, which may be given per depth of the slab, as plane strain has it."""
     try:
         return convert(number, unit, into)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import parameters_of_a_drive
 from nanoslip.solver.outcome import ABSENT, SHOWN, NanoslipError
-from nanoslip.study.manifest.parameters import OTHER_TABLES, axes, of_symbol, table_taking
+from nanoslip.study.manifest.parameters import OTHER_TABLES, axes, table_taking, word_for_symbol
 from nanoslip.study.manifest.vocabulary import beyond, key_meant, otherwise
 from nanoslip.study.toml_text import shown
 
@@ -73,7 +73,7 @@ class ManifestError(NanoslipError):
         """An error of one problem with a whole file, or with a line of it."""
         return cls([Problem(Place(path_shown(path), "" if line is None else line), "", ABSENT, need, remark)])
 
-    def without_places(self) -> "ManifestError":
+    def drop_places(self) -> "ManifestError":
         """Error without the places of its problems, for keys that were given without a file and without tables."""
         return ManifestError(replace(each, place=Place()) for each in self.problems)
 
@@ -101,14 +101,14 @@ def path_shown(path: Path) -> str:
 
 def unknown(word: str, allowed: Collection[str]) -> str:
     """Advice on a word that is not allowed here: its table, the key of this symbol, a similar key, or all allowed keys."""
-    return meant_by(word, allowed) or "unknown; needs one of " + ", ".join(allowed)
+    return suggestion_remark(word, allowed) or "unknown; needs one of " + ", ".join(allowed)
 
 
-def meant_by(word: str, allowed: Collection[str]) -> str:
+def suggestion_remark(word: str, allowed: Collection[str]) -> str:
     """Remark on a misplaced or misspelt word, or one of physics beyond the model; empty for any other text."""
     if place := _home(word):
         return "; or did you mean ".join(filter(None, (place, key_meant(word))))
-    symbol = of_symbol(word, {**parameters_of_a_case(), **parameters_of_a_drive()})
+    symbol = word_for_symbol(word, {**parameters_of_a_case(), **parameters_of_a_drive()})
     if symbol == word and (how := otherwise(word)):
         return how
     near = difflib.get_close_matches(word[:SHOWN], allowed, 1)

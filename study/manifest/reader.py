@@ -53,8 +53,8 @@ from nanoslip.study.manifest.parameters import (
     YOUNG,
     Value,
     axes,
+    file_parameters,
     has_unit,
-    in_files,
     make_case,
     names_by_word,
     plain,
@@ -227,15 +227,15 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
     return _Reader(path, beside).manifest(text)
 
 
-def sha256_of(text: str, files: Mapping[str, str]) -> str:
+def manifest_hash(text: str, files: Mapping[str, str]) -> str:
     """Hash (SHA-256) of the text of a campaign file, followed by the texts of its files in `FILE_KEYS`."""
     return hashlib.sha256("".join([text, *(files[key] for key in FILE_KEYS if key in files)]).encode()).hexdigest()
 
 
-def files_named_in(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
+def named_files(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
     """The files that the content of a campaign names, by the keys that name them; of an axis several."""
-    named: dict[str, list[Any]] = {key: [campaign.get(key)] for key in FILE_KEYS if key not in in_files()}
-    for word, stated in in_files().items():
+    named: dict[str, list[Any]] = {key: [campaign.get(key)] for key in FILE_KEYS if key not in file_parameters()}
+    for word, stated in file_parameters().items():
         tables = (campaign.get(table) for table in (stated.table, "axes"))
         given = [table[word] for table in tables if isinstance(table, Mapping) and word in table]
         names = given[0] if given and isinstance(given[0], list) else given
@@ -334,7 +334,7 @@ class _Reader(NamedFiles):
             path=self.path,
             text=text,
             files=files,
-            sha256=sha256_of(text, files),
+            sha256=manifest_hash(text, files),
             title=top.get("title", ""),
             stages=stages,
             design="table" if table else self._design(top, given),
@@ -456,7 +456,7 @@ class _Reader(NamedFiles):
 
     def _axes(self, top: dict[str, Any], sizes: SceneSizes) -> GivenColumns:
         if top.get("design") in SAMPLED:
-            return sampled_axes(self, top, sizes)
+            return sample_axes(self, top, sizes)
         listed = {
             word: [Given(self.place("axes"), f"{word}[{index}]", value) for index, value in enumerate(values)]
             for word, values in self.lists("axes", top.get("axes", {}), axes())
@@ -464,7 +464,7 @@ class _Reader(NamedFiles):
         return self.plain(listed, sizes)
 
 
-def sampled_axes(checker: Checker, top: Mapping[str, Any], sizes: SceneSizes) -> GivenColumns:
+def sample_axes(checker: Checker, top: Mapping[str, Any], sizes: SceneSizes) -> GivenColumns:
     """Values of all cases: of ranges that they fill evenly, and of lists that they draw from."""
     usual = {item.name: item.default for item in fields(CampaignKeys)}
     count, seed = (top.get(key, usual[key]) for key in ("points", "design_seed"))
@@ -476,7 +476,7 @@ def sampled_axes(checker: Checker, top: Mapping[str, Any], sizes: SceneSizes) ->
         checker.refuse("design", top["design"], "a range among its axes")
     every = {word: _range(checker, word, given, sizes) for word, given in top.get("axes", {}).items()}
     ranges = {word: value_at for word, value_at in every.items() if value_at}
-    draws = sampled(top["design"], len(ranges), count, seed) if ranges else ()
+    draws = sample_design(top["design"], len(ranges), count, seed) if ranges else ()
     columns = zip(*draws, strict=True)
     return {
         word: [Given(checker.place("axes"), word, value_at(float(share))) for share in column]
@@ -499,7 +499,7 @@ def _range(checker: Checker, word: str, given: Any, sizes: SceneSizes) -> Callab
     values: list[Any] = [each.value for each in columns[word]]
     if len(values) < len(ends):
         return None
-    wrong = "" if listed else _needed_range(names_by_word()[word], values[0], values[1], given.get("scale", "linear"))
+    wrong = "" if listed else range_need(names_by_word()[word], values[0], values[1], given.get("scale", "linear"))
     if wrong:
         checker.refuse(word, given, wrong, table="axes")
         return None
@@ -509,7 +509,7 @@ def _range(checker: Checker, word: str, given: Any, sizes: SceneSizes) -> Callab
     return (lambda s: low * (high / low) ** s) if given.get("scale") == "log" else (lambda s: low + s * (high - low))
 
 
-def _needed_range(name: str, low: Any, high: Any, scale: Any) -> str:
+def range_need(name: str, low: Any, high: Any, scale: Any) -> str:
     """Allowed values of a parameter's range if it is wrong; empty if it is right."""
     if isinstance(Case.of({}).flat[name], bool | int | str):
         return "a list of values, as it takes no range"
@@ -522,7 +522,7 @@ def _needed_range(name: str, low: Any, high: Any, scale: Any) -> str:
     return 'numbers from < to, above 0 with scale = "log"; a scale is "linear" or "log"'
 
 
-def sampled(design: str, axes: int, count: int, seed: int) -> Floats:
+def sample_design(design: str, axes: int, count: int, seed: int) -> Floats:
     """Points of the unit cube (count, axes) that fill it evenly. The first ones of `sobol` stay when there are more."""
     from scipy.stats import qmc  # noqa: PLC0415  only such designs need it
 
@@ -611,7 +611,7 @@ def refuse_with_stages(manifest: Manifest, case: Case) -> None:
         raise InvalidInput("contacts", contacts, "one contact, whose events have sizes", {"statistics": True})
 
 
-def switched_effects(manifest: Manifest) -> dict[str, str]:
+def read_effect_switches(manifest: Manifest) -> dict[str, str]:
     """Every effect that a manifest can switch -> its setting here: `on`, `off`, or values that differ from case to case or drive
     to drive."""
     found = {name: _word(name in manifest.stages) for name in ("slip", "dynamics")}

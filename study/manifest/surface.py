@@ -293,9 +293,9 @@ def _filled(height: Floats, holes: NDArray[np.bool_]) -> Floats:
 
 def _scale_of(key: str, given: str, column: columns.FileColumn, usual: str = "m") -> float:
     """Metres of one unit of a column. Raises InvalidInput if its unit is no length and none is given."""
-    unit = columns.unit_for(key, given, column, usual)
-    require(key, unit, columns.scale_of(unit, "m") > 0.0, "a unit of length, as nm")
-    return columns.scale_of(unit, "m")
+    unit = columns.column_unit(key, given, column, usual)
+    require(key, unit, columns.unit_factor(unit, "m") > 0.0, "a unit of length, as nm")
+    return columns.unit_factor(unit, "m")
 
 
 def _may_be_length(column: columns.FileColumn) -> bool:

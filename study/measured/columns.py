@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.solver.outcome import InvalidInput, quote_value
 from nanoslip.study.measured.units import factor
 
 _SEPARATORS: Final = (
@@ -76,7 +76,7 @@ def file_text(path: Path) -> str:
         raise InvalidInput(f"cannot be read: {error.strerror}") from None
     if kind := kind_of_binary(raw):
         raise InvalidInput(f"is {kind}: needs text with columns of numbers, as instruments export it")
-    return decoded(raw)
+    return decode_text(raw)
 
 
 _BINARY: Final = {
@@ -118,7 +118,7 @@ def kind_of_binary(raw: bytes) -> str:
     return "a binary file" if b"\0" in raw[:4096] else ""
 
 
-def decoded(raw: bytes) -> str:
+def decode_text(raw: bytes) -> str:
     """UTF-8, UTF-16 with its mark, or the one-byte letters of Windows, in which all bytes mean something; NumPy's arrays as rows.
 
     Raises InvalidInput of an array that is none of numbers in two dimensions.
@@ -166,7 +166,7 @@ class FileColumn(NamedTuple):
     @property
     def dimension(self) -> str:
         """SI unit of time, length, force or stress if the unit is one of these, `1` of no unit, else empty."""
-        return dimension_of(self.unit) if self.unit not in ("", "1", "-") else "1"
+        return unit_dimension(self.unit) if self.unit not in ("", "1", "-") else "1"
 
 
 class OmittedLines(NamedTuple):
@@ -238,7 +238,7 @@ def read_columns(path: Path, text: str, titled: bool = True) -> FileColumns:
     parsed = [[_number(cell, kind) for cell in row] for row in cells]
     full = [place for place, row in enumerate(parsed) if _count(row) >= 2]
     if len(full) < 2:
-        met = f"; line {lines[len(lines) // 2][0]} is {quoted(lines[len(lines) // 2][1])}" if lines else ""
+        met = f"; line {lines[len(lines) // 2][0]} is {quote_value(lines[len(lines) // 2][1])}" if lines else ""
         raise InvalidInput(f"number of points = {len(full)}: needs at least 2 lines of two numbers in {path}{met}")
     width = Counter(len(parsed[place]) for place in full).most_common(1)[0][0]
     rows = [place for place, row in enumerate(parsed) if len(row) == width and _count(row)]
@@ -254,7 +254,7 @@ def read_columns(path: Path, text: str, titled: bool = True) -> FileColumns:
     left = [lines[place] for place in between if not _is_comment(lines[place][1])]
     if len(left) > len(rows):
         need = f"{width} columns of numbers, as line {lines[rows[0]][0]}"
-        raise InvalidInput(f"line {left[0][0]}: {quoted(left[0][1])}: needs {need}")
+        raise InvalidInput(f"line {left[0][0]}: {quote_value(left[0][1])}: needs {need}")
     wide = int(np.flatnonzero(np.isfinite(values).any(axis=0))[-1]) + 1
     titles = _titles([line for _, line in lines[: first * titled]], kind, wide, values)
     return FileColumns(
@@ -326,7 +326,7 @@ def _titles(above: Sequence[str], kind: int, width: int, values: Floats) -> list
     names = _labels(above[-2], kind, width, values) if len(above) > 1 else []
     stated = [unit for unit in bare if unit not in ("", "1", "-")]
     if any(bare) and (
-        all(map(dimension_of, stated)) or (names and any(map(dimension_of, stated)) and all(map(is_unit, stated)))
+        all(map(unit_dimension, stated)) or (names and any(map(unit_dimension, stated)) and all(map(is_unit, stated)))
     ):
         return list(zip(names or [""] * width, bare, strict=True))
     return [_title(label) for label in found]
@@ -347,7 +347,7 @@ def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
     if not 2 <= len(own) < width:
         return []
     if _SEPARATORS[kind] == _SEPARATORS[3]:
-        raise InvalidInput(f"{quoted(line)}: {len(own)} names above {width} columns: are there decimal commas?")
+        raise InvalidInput(f"{quote_value(line)}: {len(own)} names above {width} columns: are there decimal commas?")
     numbered = len(own) == width - 1 and (np.diff(values[:, 0]) == 1.0).all()  # R's tables have no name above row names
     return ["", *own] if numbered else [*own, *[""] * (width - len(own))]
 
@@ -359,36 +359,36 @@ def _title(label: str) -> tuple[str, str]:
     if found and (found[2] in ("", "1", "-") or label.endswith("]") or is_unit(found[2])):
         return found[1], found[2]
     found = _UNIT_BEHIND.fullmatch(short)
-    return (found[1], found[2]) if found and dimension_of(found[2]) else (label, "")
+    return (found[1], found[2]) if found and unit_dimension(found[2]) else (label, "")
 
 
 def is_unit(unit: str) -> bool:
     """True for a unit of any dimension."""
-    return math.isfinite(scale_of(unit, unit))
+    return math.isfinite(unit_factor(unit, unit))
 
 
-def dimension_of(unit: str) -> str:
+def unit_dimension(unit: str) -> str:
     """SI unit of time, length, force or stress if the unit is one of these, else empty."""
     if not _UNIT.fullmatch(unit):
         return ""
-    return next((each for each in DIMENSIONS if math.isfinite(scale_of(unit, each))), "")
+    return next((each for each in DIMENSIONS if math.isfinite(unit_factor(unit, each))), "")
 
 
-def scale_of(unit: str, into: str) -> float:
+def unit_factor(unit: str, into: str) -> float:
     """Factor from a header's unit to another unit; NaN if it has another dimension. Names of units may begin with a capital."""
     scale = factor(unit, into)
     return factor(unit.lower(), into) if math.isnan(scale) and len(unit) > 3 else scale
 
 
-def unit_for(key: str, given: str, column: FileColumn, usual: str) -> str:
+def column_unit(key: str, given: str, column: FileColumn, usual: str) -> str:
     """The unit of a column: given, that of its header, or the usual one. Raises InvalidInput if the first two differ."""
     if column.unit in ("", "1", "-"):
         return given or column.unit.replace("-", "1") or usual
-    scale = scale_of(given, column.dimension) if given else math.nan
+    scale = unit_factor(given, column.dimension) if given else math.nan
     if not column.dimension or math.isnan(scale):
         return given or column.unit
-    if not math.isclose(scale, scale_of(column.unit, column.dimension)):
-        raise InvalidInput(f"{key} = {quoted(given)}: the header has {column.name} in {column.unit}")
+    if not math.isclose(scale, unit_factor(column.unit, column.dimension)):
+        raise InvalidInput(f"{key} = {quote_value(given)}: the header has {column.name} in {column.unit}")
     return column.unit
 
 

@@ -61,7 +61,7 @@ class FittedCycles(NamedTuple):
         return np.array([not any(low < each < high for each in self.unlike) for low, high in pairs], bool)
 
 
-def fitted_cycles(averages: Averaged, whole: list[int], rates: list[float], damping: float | None) -> FittedCycles:
+def fit_cycles(averages: Averaged, whole: list[int], rates: list[float], damping: float | None) -> FittedCycles:
     """Fit Eq. 16-19 to slips. Fits that leave the measured forces and their noise are none."""
     at, slips = averages.trace.at, averages.slips
     chosen = [whole[int(place)] for place in np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))]
@@ -167,7 +167,7 @@ def _motion(
     pin = Oscillator(stiffness, zeta, stage, kinetic, start, stage * start - static / stiffness)
     stop = pin.first_stop(start + 4.0 * math.pi / omega)
     stop = time[-1] if math.isnan(stop) else stop
-    trough = float(stiffness * (stage * stop - pin.position_at(stop)))
+    trough = float(stiffness * (stage * stop - pin.compute_position(stop)))
     moving = stiffness * (stage * time - pin.motion(np.clip(time, start, stop))[0])
     slides = (time >= start) & (time < stop)
     stuck = np.where(time < start, static + rate * (time - start), trough + rate * (time - stop))

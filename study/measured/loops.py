@@ -14,7 +14,7 @@ import numpy as np
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.study.measured.means import Measured, mean_with_error
-from nanoslip.study.measured.recording import FEWEST_POINTS, NOISE, noise_of, turning_points
+from nanoslip.study.measured.recording import FEWEST_POINTS, NOISE, noise_deviation, turning_points
 
 MIDDLE: Final = (0.4, 0.6)
 """Shares of a stroke's way between which friction is that at mid-stroke."""
@@ -84,7 +84,7 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     works = [newtons * _work(position, force, stroke) for stroke in strokes]
     cycles = list(pairwise(range(len(strokes))))
     energies = [works[low] + works[high] for low, high in cycles]
-    ends = [_at_turns(position, force, stroke) for stroke in strokes]
+    ends = [contacts_at_turns(position, force, stroke) for stroke in strokes]
     swings = [(ends[low] - ends[high]) * strokes[low].way / 2.0 for low, high in cycles]
     reaches = [abs(position[strokes[low].last] - position[strokes[low].first]) / 2.0 for low, _ in cycles]
     amplitudes = [reach - swing * soft for reach, swing in zip(reaches, swings, strict=True)]
@@ -98,7 +98,7 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     stiffness = mean_with_error([newtons * slope for slope in slopes], "N m-1")
     contact = _less_rig(stiffness, rig)
     ratio = mean_with_error(_separate(ratios), "1")
-    slides = ratio.value > SLIDES_FROM if float(np.ptp(force)) > NOISE * noise_of(force) and ratio.of else None
+    slides = ratio.value > SLIDES_FROM if float(np.ptp(force)) > NOISE * noise_deviation(force) and ratio.of else None
     found = {
         "cycle_energy": mean_with_error(_separate(energies), "J"),
         "mid_stroke_friction": mean_with_error(_separate(halves), unit) if slides else mean_with_error([], unit),
@@ -147,7 +147,7 @@ def _between(position: Floats, force: Floats, stroke: LoopStroke, low: float, hi
     return float(chosen.mean()) if len(chosen) else math.nan
 
 
-def _at_turns(position: Floats, force: Floats, stroke: LoopStroke) -> float:
+def contacts_at_turns(position: Floats, force: Floats, stroke: LoopStroke) -> float:
     """Force at the end of a stroke: of its last tenth, on the line through this at the turn."""
     shares = _shares(position, stroke)
     last = shares >= NEAR_TURN

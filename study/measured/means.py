@@ -33,12 +33,12 @@ REJECTED: Final = 0.1
 
 def independent(values: Floats) -> Floats:
     """The values, or means of batches of neighbours if these are correlated. The mean of all ± the error of these is theirs."""
-    if not correlated(values):
+    if not has_correlation(values):
         return values
     return np.array([part.mean() for part in np.array_split(values, VALUE_BATCHES)])
 
 
-def correlated(values: Floats) -> bool:
+def has_correlation(values: Floats) -> bool:
     """True if neighbours are more alike than independent values are: von Neumann's ratio, one-sided."""
     count, off = len(values), values - values.mean()
     squares = float(off @ off)
@@ -61,7 +61,7 @@ def mean_of_cycles(
     if not kept.any():
         return {}
     work, lasts = np.diff(np.interp(starts, at, _impulse(at, force)))[kept], np.diff(starts)[kept]
-    if len(lasts) > 1 and correlated(work - work.sum() / lasts.sum() * lasts):
+    if len(lasts) > 1 and has_correlation(work - work.sum() / lasts.sum() * lasts):
         work, lasts = (np.array([part.sum() for part in np.array_split(each, VALUE_BATCHES)]) for each in (work, lasts))
     without = [] if len(lasts) < 2 else (work.sum() - work) / (lasts.sum() - lasts)
     return {"mean_force": Measured(float(work.sum() / lasts.sum()), jackknife(without), int(kept.sum()), unit)}

@@ -20,10 +20,10 @@ from nanoslip.study.measured.columns import (
     FileColumns,
     OneWay,
     Rows,
+    column_unit,
     one_way,
     read_columns,
-    scale_of,
-    unit_for,
+    unit_factor,
 )
 
 FEWEST_POINTS: Final = 16
@@ -108,7 +108,7 @@ class Trace:
         at, force = (values[:kept].reshape(-1, width).mean(axis=1) for values in (self.at, self.force))
         return replace(self, at=at, force=force, load=None, position=None)
 
-    def at_velocity(self, velocity: float) -> "Trace":
+    def convert_to_time(self, velocity: float) -> "Trace":
         """Over time instead of displacement, of a stage with this velocity (m/s)."""
         return self if self.over == "time" else replace(self, at=self.at / velocity, over="time")
 
@@ -128,7 +128,7 @@ class Trace:
         position = None if self.position is None else self.position[kept]
         return replace(self, at=self.at[kept], force=self.force[kept], load=load, position=position)
 
-    def per_load(self) -> "Trace":
+    def divide_by_load(self) -> "Trace":
         """Friction coefficients, if the file has a load column; samples with less than half of its median are left out."""
         if self.load is None:
             return self
@@ -154,7 +154,7 @@ class TraceOptions(NamedTuple):
 def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> Trace:  # noqa: B008  frozen
     """A trace from its file's text. Raises InvalidInput with line and value."""
     source = read_columns(path, text)
-    columns = _chosen(source, given)
+    columns = column_positions(source, given)
     at, force = source.columns[columns.at], source.columns[columns.force]
     over = "displacement" if given.displacement or (not given.time and _role(at) == "displacement") else "time"
     if columns.position is not None and given.displacement:
@@ -210,7 +210,7 @@ def has_turns(position: Floats) -> bool:
 
 def turning_points(position: Floats) -> list[int]:
     """The first sample, those at which the stage turns, and the last one."""
-    least = max(NOISE * noise_of(position), LEAST_DROP * float(np.ptp(position)))
+    least = max(NOISE * noise_deviation(position), LEAST_DROP * float(np.ptp(position)))
     away = np.flatnonzero(np.abs(position - position[0]) > least)
     if not len(away):
         return [0, len(position) - 1]
@@ -235,7 +235,7 @@ def _along_the_way(rows: Rows) -> Rows:
         return rows
     if len(turns) == 2 and (np.diff(position) * (position[-1] - position[0]) >= 0.0).all():
         return rows
-    least = NOISE * noise_of(position)
+    least = NOISE * noise_deviation(position)
     back = float((np.maximum.accumulate(position) - position).max())
     forth = float((position - np.minimum.accumulate(position)).max())
     if len(turns) == 2 and min(back, forth) > least:
@@ -254,8 +254,8 @@ def _along_the_way(rows: Rows) -> Rows:
 def _scale_of_place(key: str, given: str, column: FileColumn) -> float:
     """SI values of one unit of a time or a displacement."""
     si = "m" if key == "displacement" else "s"
-    unit = unit_for(key, given, column, si)
-    scale = scale_of(unit, si)
+    unit = column_unit(key, given, column, si)
+    scale = unit_factor(unit, si)
     require(key, unit, scale > 0.0, f"a unit of {'time, as ms' if key == 'time' else 'length, as um'}")
     return scale
 
@@ -263,8 +263,8 @@ def _scale_of_place(key: str, given: str, column: FileColumn) -> float:
 def _scale_of_load(column: FileColumn, unit: str) -> float:
     """SI values of one unit of a normal load, or of a normal stress beside a shear stress."""
     si = "Pa" if unit == "Pa" else "N"
-    own = unit_for("load", "", column, si)
-    scale = scale_of(own, si)
+    own = column_unit("load", "", column, si)
+    scale = unit_factor(own, si)
     require("load", own, scale > 0.0, "a unit of stress, as MPa" if si == "Pa" else "a unit of force, as mN")
     return scale
 
@@ -272,9 +272,9 @@ def _scale_of_load(column: FileColumn, unit: str) -> float:
 def _scale_of_force(column: FileColumn, given: str) -> tuple[float, str]:
     """SI values of one unit of the force, and its SI unit: N, or 1 for a coefficient."""
     coefficient = _role(column) == "coefficient" and not given
-    unit = unit_for("force", given, column, "1" if coefficient else "N")
+    unit = column_unit("force", given, column, "1" if coefficient else "N")
     for own in ("N", "1", "Pa"):
-        scale = scale_of(unit, "" if own == "1" else own)
+        scale = unit_factor(unit, "" if own == "1" else own)
         if scale > 0.0:
             return scale, own
     raise InvalidInput(
@@ -290,7 +290,7 @@ def _role(column: FileColumn) -> str:
     return by_name if column.dimension == "1" else _OF_DIMENSION.get(column.dimension, "")
 
 
-def _chosen(source: FileColumns, given: TraceOptions) -> ChosenColumns:
+def column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns:
     """Columns of time or displacement, force and perhaps load. Raises InvalidInput if names do not determine them."""
     if given.columns:
         return ChosenColumns(*(source.named(each) for each in given.columns))
@@ -326,7 +326,7 @@ _PARTS: Final = 8
 """Parts of a trace with a noise of their own: one of them slides if a sixth of the trace does."""
 
 
-def noise_of(force: Floats, width: int = 1) -> float:
+def noise_deviation(force: Floats, width: int = 1) -> float:
     """Standard deviation of noise where it is largest, at least that of rounding to the smallest step.
 
     It is that of the loudest of eight parts, fewer if these had less than 32 samples: a trace that begins or ends at rest is
@@ -349,7 +349,7 @@ def outliers(force: Floats) -> NDArray[np.bool_]:
 
     A spike is that much further from both neighbours, to one side, than these and those beside them are apart.
     """
-    least = NOISE * noise_of(force)
+    least = NOISE * noise_deviation(force)
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(force, _BESIDE, mode="reflect"), 2 * _BESIDE + 1)
     middle = np.median(windows, axis=1)
     spread = _NORMAL * np.median(np.abs(windows - middle[:, None]), axis=1)
@@ -373,7 +373,11 @@ def two_way(force: Floats) -> bool:
     """
     middle = (float(force.max()) + float(force.min())) / 2.0
     high, low = float(np.median(force[force >= middle])), float(np.median(force[force <= middle]))
-    return low < 0.0 < high and min(high, -low) >= LEAST_DROP * max(high, -low) and high - low > NOISE * noise_of(force)
+    return (
+        low < 0.0 < high
+        and min(high, -low) >= LEAST_DROP * max(high, -low)
+        and high - low > NOISE * noise_deviation(force)
+    )
 
 
 class Limits(NamedTuple):

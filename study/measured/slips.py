@@ -10,7 +10,7 @@ import scipy
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import FEWEST
-from nanoslip.study.measured.recording import FEWEST_POINTS, LEAST_DROP, NOISE, Trace, noise_of
+from nanoslip.study.measured.recording import FEWEST_POINTS, LEAST_DROP, NOISE, Trace, noise_deviation
 
 
 class TraceSlip(NamedTuple):
@@ -31,8 +31,8 @@ class Averaged(NamedTuple):
     slips: list[TraceSlip]
 
 
-def _averaged_over(trace: Trace, width: int) -> Averaged:
-    noise = noise_of(trace.force, width)
+def averaging_width(trace: Trace, width: int) -> Averaged:
+    noise = noise_deviation(trace.force, width)
     trace = trace.averaged(width)
     force = trace.force
     drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
@@ -42,7 +42,7 @@ def _averaged_over(trace: Trace, width: int) -> Averaged:
 
 def averaged(trace: Trace) -> Averaged:
     """The narrowest means that show all slips but one, as one at an end may be seen or not."""
-    widths = [_averaged_over(trace, 2**power) for power in range((len(trace.at) // FEWEST_POINTS).bit_length() or 1)]
+    widths = [averaging_width(trace, 2**power) for power in range((len(trace.at) // FEWEST_POINTS).bit_length() or 1)]
     most = max(len(averages.slips) for averages in widths)
     return next(averages for averages in widths if len(averages.slips) >= most - 1)
 
@@ -56,7 +56,7 @@ def end_of_pull(averages: Averaged) -> int:
     if not slips:
         return 0
     last, drops = slips[-1], [force[slip.peak] - force[slip.trough] for slip in slips]
-    regular = len(slips) > 2 and drops[-1 if last.ended else -2] > 0.5 * drops[0] and slides_on(averages)
+    regular = len(slips) > 2 and drops[-1 if last.ended else -2] > 0.5 * drops[0] and keeps_sliding(averages)
     if last.ended:
         level = float(np.median(force[last.trough :]))
         return last.trough + int(np.argmax(force[last.trough :] >= level)) if regular else 0
@@ -74,11 +74,11 @@ def _rests(averages: Averaged) -> bool:
     fell = last.peak + int(np.argmax(force[last.peak :] <= 0.75 * force[last.trough] + 0.25 * force[last.peak]))
     if len(at) - fell < FEWEST_POINTS or abs(np.median(force[fell:])) > LEAST_DROP * force[last.peak]:
         return False
-    raised = rate_of(at, force, before, last.peak) * (at[-1] - at[fell])
+    raised = rise_rate(at, force, before, last.peak) * (at[-1] - at[fell])
     return bool(raised > 2.0 * max(averages.drop, NOISE * averages.noise))
 
 
-def slides_on(averages: Averaged) -> bool:
+def keeps_sliding(averages: Averaged) -> bool:
     """True if no slip follows the last one for longer than between any two, and the force is level in half of that time.
 
     A single slip is compared with the time in which its force rose: how long the stage was at rest before tells nothing.
@@ -123,7 +123,7 @@ def begin_of_rise(force: Floats, high: int) -> int:
     return min(int(np.searchsorted(smooth, 0.9 * force[0] + 0.1 * force[high])), high - 1)
 
 
-def rate_of(at: Floats, force: Floats, low: int, high: int) -> float:
+def rise_rate(at: Floats, force: Floats, low: int, high: int) -> float:
     """Rate of the force in the middle of its rise between two samples."""
     if low == 0:
         low = begin_of_rise(force, high)
@@ -140,7 +140,7 @@ def top_of_ramp(force: Floats, level: float) -> int:
 def ramp(at: Floats, force: Floats, level: float) -> list[float]:
     """Rate of the force's rise before steady sliding; empty if the trace begins there."""
     top = top_of_ramp(force, level)
-    return [rate_of(at, force, 0, top)] if top else []
+    return [rise_rate(at, force, 0, top)] if top else []
 
 
 ONE_SIGMA: Final = float(scipy.special.ndtr(1.0))
@@ -204,7 +204,7 @@ class Stroke(NamedTuple):
     sign: float
 
 
-def strokes_of(force: Floats, middle: float, swing: float) -> list[Stroke]:
+def cut_strokes(force: Floats, middle: float, swing: float) -> list[Stroke]:
     """Strokes of a force of both signs, cut where it passes the middle; `swing` is half its usual range."""
     sides = np.where(force > middle + swing / 2.0, 1, np.where(force < middle - swing / 2.0, -1, 0))
     held = np.flatnonzero(sides)  # so noise at the middle turns nothing

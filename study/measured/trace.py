@@ -17,12 +17,12 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT_CHANGE
 from nanoslip.solver.ensemble import FEWEST
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.study.measured.cycles import RESOLVED, Cycle, FittedCycles, fitted_cycles, ring_down
+from nanoslip.study.measured.cycles import RESOLVED, Cycle, FittedCycles, fit_cycles, ring_down
 from nanoslip.study.measured.loops import Loops, measure_loops
 from nanoslip.study.measured.means import (
     VALUE_BATCHES,
     Measured,
-    correlated,
+    has_correlation,
     mean_of_cycles,
     mean_with_error,
     steady_mean,
@@ -36,11 +36,11 @@ from nanoslip.study.measured.slips import (
     averaged,
     begin_of_rise,
     breakaway,
+    cut_strokes,
     end_of_pull,
+    keeps_sliding,
     ramp,
-    rate_of,
-    slides_on,
-    strokes_of,
+    rise_rate,
     turned,
 )
 
@@ -121,7 +121,7 @@ def measure_trace(
     newtons = load if math.isfinite(load) else 1.0
     pull = _Pull("1" if math.isfinite(load) else trace.unit, newtons, load, velocity, damping, rig)
     trace = replace(trace, force=trace.force / per)
-    return _of_strokes(trace, pull) if two_way(trace.force) else _of_pull(trace, pull)
+    return stroke_numbers(trace, pull) if two_way(trace.force) else pull_numbers(trace, pull)
 
 
 def _over_load(trace: Trace, load: Floats) -> TraceNumbers:
@@ -135,7 +135,7 @@ def _over_load(trace: Trace, load: Floats) -> TraceNumbers:
     return TraceNumbers(friction_over_load(load, trace.force), (), (flag,))
 
 
-def _of_strokes(trace: Trace, pull: _Pull) -> TraceNumbers:
+def stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     """Numbers of strokes of both signs: friction is half their difference, the offset half their sum, ± over strokes.
 
     A drift of the force cell is subtracted if it is beyond three of its standard errors.
@@ -154,7 +154,7 @@ def _of_strokes(trace: Trace, pull: _Pull) -> TraceNumbers:
         )
         few = "few_" if len(strokes) == 2 else ""
         flags.append(TraceFlag(f"{few}strokes_drift", {"rate": rate, **_units(trace, pull)}))
-    found = [_of_pull(trace.part(stroke.first, stroke.last, stroke.sign, middle), pull) for stroke in strokes]
+    found = [pull_numbers(trace.part(stroke.first, stroke.last, stroke.sign, middle), pull) for stroke in strokes]
     names = {name: each.unit for one in found for name, each in one.numbers.items()}
     values = {name: [one.numbers[name].value for one in found if name in one.numbers] for name in names}
     numbers = {name: mean_with_error(values[name], unit) for name, unit in names.items()} | numbers
@@ -189,7 +189,7 @@ def _cut(force: Floats) -> tuple[float, list[Stroke]]:
     """The middle of a force of both signs, and its strokes."""
     high, low = (float(np.median(force[force * sign > 0.0])) for sign in (1.0, -1.0))
     middle = (high + low) / 2.0
-    return middle, strokes_of(force, middle, (high - low) / 2.0)
+    return middle, cut_strokes(force, middle, (high - low) / 2.0)
 
 
 SIGNIFICANT_DRIFT: Final = 3.0
@@ -243,37 +243,37 @@ def _is_triangle(force: Floats) -> bool:
     return bool(np.mean(np.abs(force) > 0.8 * high) < 0.5)
 
 
-def _of_pull(trace: Trace, pull: _Pull) -> TraceNumbers:
+def pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     """Numbers of one pull. The part after its end is left out."""
     averages = averaged(trace)
     end = end_of_pull(averages)
     if end * averages.width < FEWEST_POINTS:
-        return _of_averaged(trace, averages, pull)
-    found = _of_pull(trace.part(0, end * averages.width), pull)
+        return averaged_numbers(trace, averages, pull)
+    found = pull_numbers(trace.part(0, end * averages.width), pull)
     level = float(np.median(averages.trace.force[averages.slips[-1].trough :]))
     ends = TraceFlag("pull_ends", {"at": float(averages.trace.at[end]), "level": level, **_units(trace, pull)})
     return replace(found, flags=(ends, *found.flags))
 
 
-def _of_averaged(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
+def averaged_numbers(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
     at, force, slips = averages.trace.at, averages.trace.force, averages.slips
-    cut, flags = limits(trace.force), list(_of_noise(averages, pull))
+    cut, flags = limits(trace.force), list(noise_flags(averages, pull))
     if backward := turned(at, slips):
         flags.append(TraceFlag("turned", {}))
         slips = []
-    slides = slides_on(averages._replace(slips=slips))
+    slides = keeps_sliding(averages._replace(slips=slips))
     lows = [0, *(slip.trough for slip in slips)]  # where the force begins to rise
-    rates = [rate_of(at, force, low, slip.peak) for low, slip in zip(lows, slips, strict=False)]
+    rates = [rise_rate(at, force, low, slip.peak) for low, slip in zip(lows, slips, strict=False)]
     whole = [number for number, slip in enumerate(slips) if slip.ended] if not slides else []
-    fitted = fitted_cycles(averages, whole, rates, pull.damping)
+    fitted = fit_cycles(averages, whole, rates, pull.damping)
     cycles = tuple(fitted.cycles)
     numbers: dict[str, Measured] = {}
     if cycles:
-        numbers = _of_cycles(fitted, pull.unit, "s" if trace.over == "time" else "m")
+        numbers = cycle_numbers(fitted, pull.unit, "s" if trace.over == "time" else "m")
         numbers |= mean_of_cycles(at, force, [cycle.start for cycle in cycles], pull.unit, fitted.together())
     elif whole:
         numbers = _of_samples(at, force, [slips[number] for number in whole], pull.unit, trace.over)
-    flags += _of_fit(averages, fitted, pull)
+    flags += fit_flags(averages, fitted, pull)
     if slides and not backward:
         numbers |= _sliding(trace, averages._replace(slips=slips), pull, flags)
         rates = rates[:1] or ramp(at, force, float(np.median(force)))
@@ -287,11 +287,11 @@ def _of_averaged(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
             if ringing:
                 numbers["static_friction"] = Measured(*ringing, 1, pull.unit)
                 breaks = int(np.argmax(force >= min(ringing.force, float(force[peaks[0]]))))
-                rates = [rate_of(at, force, 0, breaks)] if breaks > FEWEST else []
+                rates = [rise_rate(at, force, 0, breaks)] if breaks > FEWEST else []
     if rates:
         numbers |= _stiffness(trace, pull.newtons * np.array(rates[1:] or rates), pull.velocity, pull.load)
     if any(cut):
-        numbers = _within_limits(numbers, cut, np.array([force[slip.peak] for slip in slips]), pull.unit)
+        numbers = numbers_within_limits(numbers, cut, np.array([force[slip.peak] for slip in slips]), pull.unit)
         flags = [TraceFlag("sensor_limit", {"low": cut.low, "high": cut.high})]
     if not (FRICTIONS & numbers.keys() or SILENCING & {flag.name for flag in flags}):
         flags.append(TraceFlag("no_friction", {}))
@@ -303,7 +303,7 @@ def _decays(force: Floats, slips: Sequence[TraceSlip]) -> bool:
     return bool((np.diff(force[[slip.peak for slip in slips]]) < 0.0).all())
 
 
-def _within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Floats, unit: str) -> dict[str, Measured]:
+def numbers_within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Floats, unit: str) -> dict[str, Measured]:
     """The numbers that do not need the forces beyond a sensor's limit; μ_s is then the mean of the largest samples."""
     kept = {name: numbers[name] for name in ("stick_slip_period",) if name in numbers}
     return kept if cut.high or not len(peaks) else {"static_friction": mean_with_error(peaks, unit), **kept}
@@ -372,7 +372,7 @@ def _units(trace: Trace, pull: _Pull) -> dict[str, float | str]:
     return {"unit": "" if pull.unit == "1" else f" {pull.unit}", "over": "s" if trace.over == "time" else "m"}
 
 
-def _of_cycles(fitted: FittedCycles, unit: str, time: str) -> dict[str, Measured]:
+def cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Measured]:
     """Numbers of the chosen cycles. The time to the second slip is none of the others': the first starts from rest.
 
     free: the same, each with a damping of its own. What is not known of the damping that all have shifts them together, and it is
@@ -409,7 +409,7 @@ def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dic
     return {"rising_stiffness" if far else "rising_rate": mean_with_error(rates / per, f"{force}{over}-1")}
 
 
-def _of_noise(averages: Averaged, pull: _Pull) -> Iterator[TraceFlag]:
+def noise_flags(averages: Averaged, pull: _Pull) -> Iterator[TraceFlag]:
     """Flags of the samples."""
     force, begins, units = averages.trace.force, float(averages.trace.force[0]), _units(averages.trace, pull)
     if averages.width > 1:
@@ -420,7 +420,7 @@ def _of_noise(averages: Averaged, pull: _Pull) -> Iterator[TraceFlag]:
         yield TraceFlag("noise", {"least": NOISE * averages.noise, **units})
 
 
-def _of_fit(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterator[TraceFlag]:
+def fit_flags(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterator[TraceFlag]:
     """Flags of the cycles."""
     cycles, units = fitted.cycles, _units(averages.trace, pull)
     if fitted.unlike:
@@ -434,7 +434,7 @@ def _of_fit(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterator[T
     if fitted.samples < RESOLVED:
         yield TraceFlag("few_samples", {"samples": fitted.samples})
     static = np.array([cycle.driving for cycle in cycles])
-    if correlated(static):
+    if has_correlation(static):
         yield TraceFlag("correlated", {"batches": VALUE_BATCHES})
     least = LARGEST_CHANGE * abs(static.mean())
     if len(static) <= FEWEST:

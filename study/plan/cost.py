@@ -11,22 +11,22 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from nanoslip.solver.case import MOST_EVENTS, Case, image_of
+from nanoslip.solver.case import MOST_EVENTS, Case, make_image
 from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
 from nanoslip.solver.contact.kernels.path import STRETCHES
 from nanoslip.solver.contact.kernels.state import RINGS, margin
 from nanoslip.solver.contact.limit import contact_limit
-from nanoslip.solver.contact.pin import expected_half_width
-from nanoslip.solver.drive import Drive, expected_duration
+from nanoslip.solver.contact.pin import estimate_half_width
+from nanoslip.solver.drive import Drive, estimate_duration
 from nanoslip.solver.dynamics.stick_slip import MOST_FITTED_SAMPLES
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
 from nanoslip.solver.elasticity.schemes.column import trunk
-from nanoslip.solver.last import of_the_last
-from nanoslip.solver.load_path import length_of
+from nanoslip.solver.last import cache_last
+from nanoslip.solver.load_path import path_extent
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import PIECES, batches
-from nanoslip.solver.sliding.record import FIRST_CAPACITY, extended, farthest, off_the_slab, presliding_length
+from nanoslip.solver.sliding.record import FIRST_CAPACITY, extend_record, farthest, off_the_slab, presliding_length
 from nanoslip.solver.sliding.validity import least_plateau
 from nanoslip.study.plan.task import Task, case_of, drive_of
 
@@ -96,11 +96,11 @@ class Sizes(NamedTuple):
     """Events that fit into its displacement, or that the pin meets on its slab."""
 
 
-@of_the_last  # asked for time, memory and disk space
-def sizes_of(case: Case) -> Sizes:
+@cache_last  # asked for time, memory and disk space
+def estimate_sizes(case: Case) -> Sizes:
     """Sizes of a case, from scaling laws."""
     slab, rule = case.slab, case.slip_rule
-    hertz = across = _nodes_across(case, expected_half_width(case))
+    hertz = across = _nodes_across(case, estimate_half_width(case))
     if case.pin != "flat_punch" and not slab.scheme.bottomless:
         film = film_radius if slab.scheme.planar else film_half_width
         half_width = film(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio)
@@ -117,7 +117,7 @@ def sizes_of(case: Case) -> Sizes:
     step = max(lost * presliding / (EVENTS * nodes), least, 1e-300)
     follows = case.effects.pin_translation or rule.residual_shear == 1.0
     length = presliding_length(limit, stiffness)
-    reach = extended(case, length, farthest(case, length) / step)
+    reach = extend_record(case, length, farthest(case, length) / step)
     reach = min(reach, off_the_slab(case) if follows else math.inf)
     most = float(case.max_events or MOST_EVENTS)
     # In Coulomb sliding a node is touched and one released in each spacing; all come to slide first.
@@ -151,9 +151,9 @@ def _lateral_stiffness(slab: Slab, nodes: float) -> float:
     return 1.0 / (shear + bending + (soft if slab.support == "frictionless" else 0.0))
 
 
-def expected_displacement(case: Case) -> float:
+def estimate_displacement(case: Case) -> float:
     """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
-    of = sizes_of(case)
+    of = estimate_sizes(case)
     if case.slip_rule.residual_shear == 1.0:
         return min(of.reach, max(of.most - 2.0 * of.nodes, 0.0) * case.slab.spacing)
     return min(of.reach, of.events * of.step)
@@ -161,13 +161,13 @@ def expected_displacement(case: Case) -> float:
 
 def path_length(case: Case) -> tuple[int, float, float]:
     """Legs of a case's path, the way of its pin, and how far it goes, both in L_x."""
-    return length_of(case.path, sizes_of(case).presliding)
+    return path_extent(case.path, estimate_sizes(case).presliding)
 
 
 def _path_events(case: Case) -> float:
     """Events on a case's path; a change of the load by itself is as a presliding length."""
     legs, way, _ = path_length(case)
-    sizes, loads = sizes_of(case), len(case.path.visited_loads)
+    sizes, loads = estimate_sizes(case), len(case.path.visited_loads)
     per_length = 1.0 if case.slip_rule.residual_shear == 1.0 else sizes.presliding / sizes.step / sizes.nodes
     return (way / max(sizes.presliding, 1e-300) + loads) * per_length * sizes.nodes + legs
 
@@ -177,10 +177,10 @@ def _tableau_entries(case: Case) -> float:
 
     A rough pin in plane strain may meet any; on a plane those below its lowest contact by twice the range of its roughness.
     """
-    n_x, found = case.slab.n_x, sizes_of(case)
+    n_x, found = case.slab.n_x, estimate_sizes(case)
     followed = n_x if case.heterogeneity.roughness else found.nodes + 2.0 * margin(n_x)
     if case.slab.scheme.planar:
-        rough = float(np.ptp(image_of(case.heterogeneity.roughness).height))
+        rough = float(np.ptp(make_image(case.heterogeneity.roughness).height))
         across = math.hypot(found.across, 4.0 * (n_x - 1) * math.sqrt(case.radius * rough))
         followed = math.pi / 4.0 * (across + 2.0 * RINGS) ** 2
     return 2.0 * min(followed, case.slab.nodes) + 1.0
@@ -191,10 +191,10 @@ def _touch_entries(case: Case) -> float:
     effects = case.effects
     frictionless = case.initial_contact == "frictionless" and case.slip_rule.residual_shear < 1.0
     if frictionless or not (effects.friction and effects.coupling):  # the normal problem alone: no tableau is set up
-        return sizes_of(case).nodes
+        return estimate_sizes(case).nodes
     if case.initial_contact == "gradual":
         return 2.0 * case.slab.nodes + 1.0
-    return max(_tableau_entries(case), 2.0 * sizes_of(case).hertz_nodes)
+    return max(_tableau_entries(case), 2.0 * estimate_sizes(case).hertz_nodes)
 
 
 # Seconds of each kind of computation.
@@ -209,7 +209,7 @@ def touch_seconds(case: Case) -> float:
     """Seconds of initial contact that nothing follows."""
     if case.contact_by_convolution:
         return TASK + STEP * case.slab.nodes * math.log2(case.slab.nodes)
-    nodes = sizes_of(case).hertz_nodes
+    nodes = estimate_sizes(case).hertz_nodes
     if case.slab.scheme.planar and case.initial_contact != "gradual":
         return TASK + SOLVE * nodes**3  # inverses of few sets, at the speed of a product of matrices
     return TASK + SOLVE * nodes * _touch_entries(case) ** 2
@@ -217,13 +217,13 @@ def touch_seconds(case: Case) -> float:
 
 def record_seconds(case: Case) -> float:
     """Seconds of a case's friction record, initial contact included."""
-    return touch_seconds(case) + _slide_seconds(case, sizes_of(case).events)
+    return touch_seconds(case) + _slide_seconds(case, estimate_sizes(case).events)
 
 
 def _slide_seconds(case: Case, events: float) -> float:
     """A slip updates a row of the state. Coulomb sliding solves for the sliding nodes at each event: 0.8 s for 8 presliding
     lengths with 201 nodes, 40 s for 2 with 795."""
-    nodes, stiffness = sizes_of(case).nodes, sizes_of(case).stiffness
+    nodes, stiffness = estimate_sizes(case).nodes, estimate_sizes(case).stiffness
     if case.slip_rule.residual_shear == 1.0:
         return (events + nodes) * (TASK + SOLVE / 32.0 * nodes**3)
     row = _tableau_entries(case) if case.effects.pin_translation else nodes
@@ -239,14 +239,18 @@ def drive_duration(drive: Drive, case: Case) -> float:
     if drive.duration is not None:
         return drive.duration
     force = min(least_plateau(case), 1e6) * case.total_load
-    return min(expected_duration(drive, force, force, sizes_of(case).stiffness, expected_displacement(case)), 1e30)
+    return min(
+        estimate_duration(drive, force, force, estimate_sizes(case).stiffness, estimate_displacement(case)), 1e30
+    )
 
 
 def drive_steps(drive: Drive, case: Case) -> float:
     """Segments that a drive needs, one for each tooth on the way of its stage, or time steps; step_limit aside."""
     duration = drive_duration(drive, case)
     way = drive.stage_velocity * duration
-    teeth = way * PIECES / sizes_of(case).reach if case.interface.contacts > 1 else way / sizes_of(case).step
+    teeth = (
+        way * PIECES / estimate_sizes(case).reach if case.interface.contacts > 1 else way / estimate_sizes(case).step
+    )
     step: float | None = getattr(drive.integrator, "time_step", None)
     return duration / step if step else 0.0 if drive.profile == "mean" else teeth
 
@@ -254,10 +258,10 @@ def drive_steps(drive: Drive, case: Case) -> float:
 def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False) -> float:
     """Seconds of motion and fit: steps, and samples; of the contact that is slid as far as the stage moves; of bisections."""
     way = drive.stage_velocity * drive_duration(drive, case) if drive.memory else 0.0
-    contact = touch_seconds(case) + _slide_seconds(case, way / sizes_of(case).step) if way else 0.0
+    contact = touch_seconds(case) + _slide_seconds(case, way / estimate_sizes(case).step) if way else 0.0
     # A light pin swings on spring and contact, and may come to rest in each period: steps are then counted
     # as periods at least, which is a bound from above (2e7 rests were seen in 5e8 periods).
-    damped = sizes_of(case).stiffness + drive.spring_stiffness * (1.0 - drive.damping_ratio**2)
+    damped = estimate_sizes(case).stiffness + drive.spring_stiffness * (1.0 - drive.damping_ratio**2)
     rests = drive_duration(drive, case) * math.sqrt(max(damped, 0.0)) / (2.0 * math.pi)
     steps = min(max(drive_steps(drive, case), rests if drive.profile == "sawtooth" else 0.0), drive.step_limit)
     sampled = STEP * (steps + 50.0 * min(drive.samples, MOST_FITTED_SAMPLES))
@@ -292,7 +296,7 @@ def _systems(case: Case) -> float:
 def sliding_bytes(case: Case) -> float:
     """Memory while sliding on from initial contact, without the record itself."""
     wide = 2.0 * case.slab.nodes
-    sliding = _tableau_entries(case) if case.effects.pin_translation else sizes_of(case).nodes
+    sliding = _tableau_entries(case) if case.effects.pin_translation else estimate_sizes(case).nodes
     entries = max(_touch_entries(case), sliding)
     anew = case.effects.pin_translation and not (case.effects.coupling or case.slab.scheme.endless)  # the compliance
     whole = wide * (wide if anew else _FIELDS)
@@ -301,7 +305,7 @@ def sliding_bytes(case: Case) -> float:
 
 def record_bytes(case: Case) -> float:
     """Room for the events, which doubles as they come, and the record made of them."""
-    events = sizes_of(case).events
+    events = estimate_sizes(case).events
     return _EVENT * max(min(FIRST_CAPACITY, float(case.max_events or FIRST_CAPACITY)) + events, 2.5 * events)
 
 
@@ -361,7 +365,7 @@ def _record(task: Task) -> Estimate:
         return Estimate(0.0, _FLOAT * (inputs + numbers), numbers)
     if task.free:
         return Estimate(0.0, 0.0)
-    numbers = members * (_PER_EVENT * sizes_of(case).events + 2.0 * case.slab.nodes)
+    numbers = members * (_PER_EVENT * estimate_sizes(case).events + 2.0 * case.slab.nodes)
     seconds, memory = RECORD_SECONDS + record_seconds(case), sliding_bytes(case) + members * record_bytes(case)
     return Estimate(members * seconds, memory, numbers)
 
@@ -375,13 +379,13 @@ def _path(task: Task) -> Estimate:
 
 
 def _statistics(task: Task) -> Estimate:
-    events = task.ensemble.likely * sizes_of(case_of(task)).events
+    events = task.ensemble.likely * estimate_sizes(case_of(task)).events
     return Estimate(STATISTICS_SECONDS * math.cbrt(events), _FLOAT * _OF_A_SIZE * events, 800.0)
 
 
 def _states(task: Task) -> Estimate:
     """A record up to the last of its events; solving for the inside of the slab takes as long as condensing it."""
-    case, slab, last = case_of(task), task.slab, min(float(max(task.events)), sizes_of(case_of(task)).events)
+    case, slab, last = case_of(task), task.slab, min(float(max(task.events)), estimate_sizes(case_of(task)).events)
     seconds = touch_seconds(case) + (_slide_seconds(case, last) if last else 0.0)
     memory = sliding_bytes(case) if last else contact_bytes(case)
     if not task.subsurface:
@@ -393,7 +397,7 @@ def _states(task: Task) -> Estimate:
 def _drive(task: Task) -> Estimate:
     case, drive = case_of(task), drive_of(task)
     numbers = 5.0 * drive.samples  # twice that with the fit's columns, beside the record
-    memory = _FLOAT * (2.0 * numbers + 16.0 * sizes_of(case).events)
+    memory = _FLOAT * (2.0 * numbers + 16.0 * estimate_sizes(case).events)
     return Estimate(task.ensemble.likely * drive_seconds(drive, case, task.fitted, task.critical), memory, numbers)
 
 

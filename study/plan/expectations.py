@@ -15,22 +15,22 @@ from nanoslip.solver.drive import FEWER_STEPS, TRAVEL, Drive
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import (
     FLAGS,
-    expected_flags,
-    guessed_half_width,
+    encode_flags,
+    guess_half_width,
     least_plateau,
-    mask_of,
     may_create_energy,
+    predict_flags,
 )
 from nanoslip.study.manifest.manifest import CampaignDrive, NamedDrive
 from nanoslip.study.manifest.parameters import parameters_text, si_text, span
 from nanoslip.study.plan.cost import (
     drive_duration,
     drive_steps,
-    expected_displacement,
+    estimate_displacement,
     path_length,
     record_bytes,
 )
-from nanoslip.study.plan.kinds import compliance_needs, needed_kinds
+from nanoslip.study.plan.kinds import compliance_needs, required_kinds
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task, label_value
 
@@ -58,17 +58,17 @@ class Outlook(NamedTuple):
     longest: float
 
 
-def outlook_of(plan: Plan) -> Outlook:
+def plan_outlook(plan: Plan) -> Outlook:
     """The outlook of a plan."""
-    kinds, masks, spans = needed_kinds(plan.manifest), list[int](), list[float]()
+    kinds, masks, spans = required_kinds(plan.manifest), list[int](), list[float]()
     for case in (each.case for each in plan.cases):
         displacement = 0.0
         if case and "record" in kinds and limits_shear(case):
-            displacement = expected_displacement(case)
+            displacement = estimate_displacement(case)
             spans.append(displacement / case.slab.spacing)
         if case and case.path:
             displacement = max(displacement, path_length(case)[-1])
-        masks.append(mask_of(expected_flags(case, displacement)) if case else 0)
+        masks.append(encode_flags(predict_flags(case, displacement)) if case else 0)
     return Outlook(masks, min(spans, default=math.inf), max(spans, default=0.0))
 
 
@@ -90,13 +90,11 @@ def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> dict[str, s
     return lines
 
 
-def expected_lines(plan: Plan, outlook: Outlook) -> list[str]:
+def flag_prediction_lines(plan: Plan, outlook: Outlook) -> list[str]:
     """Expected flags of a plan's cases before a run, refused cases excluded."""
     lines = list(flag_lines(outlook.masks, partial(_words, plan)).values())
     widths = [
-        guessed_half_width(each.case)
-        for each, mask in zip(plan.cases, outlook.masks, strict=True)
-        if mask and each.case
+        guess_half_width(each.case) for each, mask in zip(plan.cases, outlook.masks, strict=True) if mask and each.case
     ]
     if lines:
         ends, scales = dict.fromkeys(f"{end:.2g}" for end in (min(widths), max(widths))), plan.manifest.stated_scales
@@ -248,22 +246,22 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
     """Report each of these tasks that exceeds this machine's memory, the worst first. If there is none, report if the
     largest ones together do, one for each rank. Empty if all fit."""
     there, path = machine_memory(), planned.manifest.path
-    worst = heapq.nlargest(max(NAMED_TASKS, ranks), tasks, key=need_of)
-    if not worst or need_of(*worst[:ranks]) <= there:
+    worst = heapq.nlargest(max(NAMED_TASKS, ranks), tasks, key=memory_need)
+    if not worst or memory_need(*worst[:ranks]) <= there:
         return ()
-    if need_of(worst[0]) <= there:
-        fitting = max(count for count in range(1, ranks) if need_of(*worst[:count]) <= there)
-        need, advice = need_of(*worst[:ranks]), f"start at most {fitting}, or use more machines"
-        return (f"{path}: {ranks} ranks on one machine: {_in_gigabytes(need, there)}: {advice}",)
-    large = sum(need_of(task) > there for task in tasks)
+    if memory_need(worst[0]) <= there:
+        fitting = max(count for count in range(1, ranks) if memory_need(*worst[:count]) <= there)
+        need, advice = memory_need(*worst[:ranks]), f"start at most {fitting}, or use more machines"
+        return (f"{path}: {ranks} ranks on one machine: {gigabytes_text(need, there)}: {advice}",)
+    large = sum(memory_need(task) > there for task in tasks)
     named = worst[: min(large, NAMED_TASKS)]
-    lines = [f"{path}: {_named(task)}: {_in_gigabytes(need_of(task), there)}: {_advice(task)}" for task in named]
+    lines = [f"{path}: {_named(task)}: {gigabytes_text(memory_need(task), there)}: {_advice(task)}" for task in named]
     if large > NAMED_TASKS:
         lines.append(f"{path}: {large - NAMED_TASKS} more tasks need more memory than this machine has")
     return tuple(lines)
 
 
-def need_of(*tasks: Task) -> float:
+def memory_need(*tasks: Task) -> float:
     """Bytes for processes with one task of a plan each; tasks that read the same compliance share one copy."""
     read = {task.slab for task in tasks if task.needs[:1] == compliance_needs(task.slab)}
     return sum(map(_map_bytes, read)) + sum(PROGRAM + task.memory for task in tasks)
@@ -279,7 +277,7 @@ def _named(task: Task) -> str:
     return task.label if size in task.label.split() else f"{task.label} {size}"
 
 
-def _in_gigabytes(need: float, there: float) -> str:
+def gigabytes_text(need: float, there: float) -> str:
     return f"needs about {need / 1e9:.3g} GB of memory, this machine has {there / 1e9:.3g} GB"
 
 

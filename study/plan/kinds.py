@@ -25,7 +25,7 @@ from nanoslip.solver.dynamics.stick_slip import StickSlipFit
 from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.ensemble import ALONE, Ensemble, Places
-from nanoslip.solver.last import of_the_last
+from nanoslip.solver.last import cache_last
 from nanoslip.solver.load_path import Loops, PathLine, Turns
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, as_field, quantities, quantity
@@ -38,7 +38,15 @@ from nanoslip.solver.sliding.statistics import Collective, EventStatistics
 from nanoslip.solver.sliding.validity import Validity
 from nanoslip.study.canonical import CanonicalText, canonical_text
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.plan.task import Task, TaskResult, case_of, of_contact, of_path, of_record, task_key
+from nanoslip.study.plan.task import (
+    Task,
+    TaskResult,
+    case_of,
+    contact_parameters,
+    path_parameters,
+    record_parameters,
+    task_key,
+)
 
 
 class Part(NamedTuple):
@@ -99,20 +107,20 @@ MEMBER_OUTCOME: Final = Quantity(
 
 
 @lru_cache(maxsize=256)
-def quantities_of(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
+def result_quantities(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
     """Name of each scalar of a kind's results that is a quantity -> its declaration; or of each array along a dimension.
 
     Along MEMBER: how it ended, and the scalars whose means have an uncertainty.
     """
     if along == MEMBER:
-        scalars = ((name, each) for name, each in quantities_of(kind).items() if each.ensemble)
+        scalars = ((name, each) for name, each in result_quantities(kind).items() if each.ensemble)
         own = {name: replace(each, along=MEMBER, ensemble=False, si=None) for name, each in scalars}
         return {MEMBER_OUTCOME.name: MEMBER_OUTCOME, **own}
     found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
     return {key: quantity for key, quantity in found if quantity.along == along}
 
 
-def unrequested(kind: Kind, manifest: Manifest) -> frozenset[str]:
+def unrequested_names(kind: Kind, manifest: Manifest) -> frozenset[str]:
     """Names of the scalars and arrays of a kind's parts that a campaign does not request."""
     parts = (part for part in kind.parts if not part.wanted(manifest))
     return frozenset(name for part in parts for name in quantities(part.type, part.prefix))
@@ -128,33 +136,33 @@ def output(name: str) -> Callable[[Manifest], bool]:
     return lambda manifest: bool(getattr(manifest.outputs, name))
 
 
-def names_of(kind: Kind) -> frozenset[str]:
+def uncertain_names(kind: Kind) -> frozenset[str]:
     """The variables of a kind's results whose means have an uncertainty."""
-    return frozenset(each.name for each in quantities_of(kind).values() if each.ensemble)
+    return frozenset(each.name for each in result_quantities(kind).values() if each.ensemble)
 
 
 @lru_cache(maxsize=64)  # asked for every case of a campaign
 def own_ensemble(kind: str, ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
     """The ensemble of the tasks of this kind in a campaign with this one, and its canonical text."""
-    found = ensemble.for_observables(names_of(KINDS[kind]))
+    found = ensemble.select_observables(uncertain_names(KINDS[kind]))
     return found, CanonicalText(canonical_text(found))
 
 
-def rows_of(sample: str) -> str:
+def column_length_name(sample: str) -> str:
     """Scalar with the length of each member's columns along a dimension, in results with columns of all members."""
     return f"{sample}_rows"
 
 
-def column_of(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArray[Any]:
+def member_column(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArray[Any]:
     """A member's column along a dimension."""
-    whole, rows = result.arrays[name], result.scalars.get(rows_of(sample))
+    whole, rows = result.arrays[name], result.scalars.get(column_length_name(sample))
     if rows is None:
         return whole
     begin = int(sum(rows[:member]))
     return whole[begin : begin + int(rows[member])]
 
 
-def _of_members(
+def member_task(
     kind: str, physics: tuple[object, ...], case: Case, ensemble: Ensemble, scalars_only: bool, *inputs: str
 ) -> Task:
     """A task of all members of a case, that reads the compliance and these inputs; its key hashes these parameters."""
@@ -197,7 +205,7 @@ COMPLIANCE: Final = Kind("compliance", lambda _: True, _compliance_tasks)
 # tractions are wanted.
 
 
-def seen_after(along: str) -> Any:
+def event_field(along: str) -> Any:
     """A field that is a column: the event after which the values of a node hold."""
     comment = "of the record; 0: initial contact"
     return quantity("event after which the values hold", "event", along=along, dtype=np.int64, comment=comment)
@@ -207,7 +215,7 @@ def seen_after(along: str) -> Any:
 class SurfaceNodes:
     """Event and position at which each surface node of a contact is seen."""
 
-    event: NDArray[np.int64] = seen_after(along="contact_node")
+    event: NDArray[np.int64] = event_field(along="contact_node")
     x: Floats = as_field(NODE_X)
 
 
@@ -232,7 +240,7 @@ class RowsOfRecord:
 
 def contact_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
     """Initial contact of a case's members."""
-    return _of_members("contact", of_contact(case), case, ensemble, scalars_only)
+    return member_task("contact", contact_parameters(case), case, ensemble, scalars_only)
 
 
 def _contact_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
@@ -264,7 +272,7 @@ CONTACT: Final = Kind(
 
 def contacts_task(case: Case, places: Places, contacts: tuple[int, int]) -> Task:
     """A batch of the contacts of an interface, which is one member of an ensemble."""
-    key = task_key("contacts", *of_record(case), places, contacts)
+    key = task_key("contacts", *record_parameters(case), places, contacts)
     return Task(
         key,
         "contacts",
@@ -278,7 +286,7 @@ def contacts_task(case: Case, places: Places, contacts: tuple[int, int]) -> Task
     )
 
 
-def batches_of(member: Case, ensemble: Ensemble) -> Iterator[Task]:
+def member_batches(member: Case, ensemble: Ensemble) -> Iterator[Task]:
     """The batches of a member of an ensemble."""
     return (contacts_task(member, ensemble.places, batch) for batch in batches(member.interface.contacts))
 
@@ -288,7 +296,7 @@ def all_batches(case: Case, ensemble: Ensemble) -> tuple[Task, ...]:
     if case.interface.contacts == 1:
         return ()
     return tuple(
-        task for member in range(ensemble.likely) for task in batches_of(ensemble.case(case, member), ensemble)
+        task for member in range(ensemble.likely) for task in member_batches(ensemble.case(case, member), ensemble)
     )
 
 
@@ -320,7 +328,7 @@ def record_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = 
 @lru_cache(maxsize=4)  # asked again by each of its drives
 def _record(case: Case, ensemble: Ensemble, scalars_only: bool) -> Task:
     contacts = (batch.key for batch in all_batches(case, own_ensemble("record", ensemble)[0]))
-    return _of_members("record", of_record(case), case, ensemble, scalars_only, *contacts)
+    return member_task("record", record_parameters(case), case, ensemble, scalars_only, *contacts)
 
 
 def record_scalars_task(record: Task) -> Task:
@@ -367,7 +375,7 @@ RECORD: Final = Kind(
 
 def path_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
     """The paths of a case's members."""
-    return _of_members("path", of_path(case), case, ensemble, scalars_only)
+    return member_task("path", path_parameters(case), case, ensemble, scalars_only)
 
 
 def _path_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
@@ -430,12 +438,12 @@ class SurfaceStates(SurfaceNodes):
 class InteriorEvents:
     """Record and event of each node inside the slab."""
 
-    event: NDArray[np.int64] = seen_after(along="interior_node")
+    event: NDArray[np.int64] = event_field(along="interior_node")
 
 
 def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
     """The contact of a case after each of some events of its record, and the inside of the slab."""
-    physics = of_record(case) if any(events) else of_contact(case)
+    physics = record_parameters(case) if any(events) else contact_parameters(case)
     key = task_key("states", *physics, events, subsurface)
     needs = compliance_needs(case.slab)
     return Task(key, "states", case.slab, case, events=events, subsurface=subsurface, needs=needs)
@@ -512,7 +520,7 @@ def _drive_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     return tuple(Wanted(task(case, drive, manifest.ensemble), label) for label, drive in _dimensionless(manifest))
 
 
-@of_the_last
+@cache_last
 def _dimensionless(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
     """Label and numbers of the campaign's drives."""
     return tuple((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
@@ -566,7 +574,7 @@ class PartContents(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def contents_of(kind: Kind) -> tuple[PartContents, ...]:
+def result_names(kind: Kind) -> tuple[PartContents, ...]:
     """Names of the scalars and arrays in results of a kind, part by part."""
     return tuple(map(_contents_of_part, kind.parts))
 
@@ -592,8 +600,8 @@ def as_declared(result: TaskResult) -> TaskResult:
     if result.kind not in KINDS:
         raise ValueError(f"{result.kind!r}: no kind of task")
     kind, members = KINDS[result.kind], _member_count(result)
-    parts = [part for part in contents_of(kind) if part.is_held(result.scalars.keys() | result.arrays.keys())]
-    if not parts and contents_of(kind) and result.outcome.ok:
+    parts = [part for part in result_names(kind) if part.is_held(result.scalars.keys() | result.arrays.keys())]
+    if not parts and result_names(kind) and result.outcome.ok:
         raise ValueError("completed without numbers")
     if members:
         declared = {name for part in parts for name in part.scalars}
@@ -624,20 +632,20 @@ def _require_arrays(kind: Kind, parts: Iterable[PartContents], members: int, res
         if lost := (part.columns.keys() | part.undeclared) - arrays.keys() - scalars.keys():
             raise ValueError(f"without {', '.join(sorted(lost))}")
         for name, sample in part.columns.items():
-            rows = scalars.get(rows_of(sample), ())
+            rows = scalars.get(column_length_name(sample), ())
             if kind.all_members and members > 1 and not rows:
-                raise ValueError(f"without {rows_of(sample)}")
+                raise ValueError(f"without {column_length_name(sample)}")
             first = next(arrays[each].shape for each, along in part.columns.items() if along == sample)
             if arrays[name].shape != ((sum(rows),) if rows else first) or arrays[name].ndim != 1:
                 raise ValueError(f"{name} has another length along {sample}")
 
 
-def needed_kinds(manifest: Manifest) -> frozenset[str]:
+def required_kinds(manifest: Manifest) -> frozenset[str]:
     """The kinds of task that this manifest needs."""
     return frozenset(kind.name for kind in KINDS.values() if kind.needed(manifest))
 
 
-def in_stages(tasks: Iterable[Task]) -> Iterator[Task]:
+def order_by_stage(tasks: Iterable[Task]) -> Iterator[Task]:
     """Tasks by kind, intermediate ones before those that use them: no task needs a later one."""
     stages: defaultdict[tuple[int, bool], list[Task]] = defaultdict(list)
     places = {kind: place for place, kind in enumerate(KINDS)}

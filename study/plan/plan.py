@@ -14,7 +14,7 @@ from nanoslip.study.manifest.cases import CampaignCase, Heard, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest
 from nanoslip.study.origin import Origins, foreign_among
 from nanoslip.study.plan.cost import estimate
-from nanoslip.study.plan.kinds import KINDS, in_stages
+from nanoslip.study.plan.kinds import KINDS, order_by_stage
 from nanoslip.study.plan.task import PENDING, Label, Task
 
 Some = TypeVar("Some")
@@ -31,7 +31,7 @@ def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:
 
     Of equal ones those that need the same follow each other: the solver keeps what it computes of a slab.
     """
-    ordered = list(in_stages(sorted(tasks, key=lambda task: task.needs)))
+    ordered = list(order_by_stage(sorted(tasks, key=lambda task: task.needs)))
     after: dict[str, float] = {}  # work of the longest chain that hangs on a task, of those that are needed
     # One pass from the last stage back sees every chain whole.
     for task in reversed(ordered):
@@ -109,7 +109,7 @@ class Plan:
         if not given_up and not failed:
             return tuple(left)
         lost = set(given_up)
-        for task in in_stages(left):
+        for task in order_by_stage(left):
             if not lost.isdisjoint(task.needs):
                 lost.add(task.key)
         return tuple(sorted((task for task in left if task.key not in lost), key=lambda task: task.key in failed))
@@ -162,10 +162,10 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
 
     heard: called with the number of cases.
     """
-    return plan_of(manifest, expand(manifest), heard)
+    return make_partial_plan(manifest, expand(manifest), heard)
 
 
-def plan_of(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = lambda _: None) -> Plan:
+def make_partial_plan(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = lambda _: None) -> Plan:
     """The plan of some cases of a manifest."""
     kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
     tasks, case_tasks, firsts = dict[str, Task](), dict[str, CaseTasks](), dict[str, tuple[CampaignCase, str]]()
@@ -176,7 +176,7 @@ def plan_of(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = la
                 tasks[each.task.key], firsts[each.task.key] = each.task, (case, each.drive)
         case_tasks[case.case_id] = {(each.task.kind, each.drive): each.task.key for each in wanted if not each.part}
         heard(number)
-    return Plan(manifest, tuple(cases), tuple(in_stages(tasks.values())), case_tasks, firsts)
+    return Plan(manifest, tuple(cases), tuple(order_by_stage(tasks.values())), case_tasks, firsts)
 
 
 def _label(task: Task, campaign_case: CampaignCase, drive: str) -> Label:

@@ -215,7 +215,7 @@ OF_PATH = (
 """Parameters that a path does not depend on."""
 
 
-def without_effect(case: Case, exclusions: tuple[Exclusion, ...] = OF_ALL) -> frozenset[str]:
+def ineffective_parameters(case: Case, exclusions: tuple[Exclusion, ...] = OF_ALL) -> frozenset[str]:
     """Names of the parameters of a case that change no result."""
     return _all_parameters(tuple([name for each in exclusions if each.where(case) for name in each.names]))
 
@@ -247,17 +247,17 @@ def task_key(kind: str, *content: object) -> str:
     return content_hash(kind, SOLVER_VERSION, *content)
 
 
-def of_contact(case: Case) -> tuple[object, ...]:
+def contact_parameters(case: Case) -> tuple[object, ...]:
     """Parameters that decide initial contact."""
     return (_CONTACTS(case),)
 
 
-def of_record(case: Case) -> tuple[object, ...]:
+def record_parameters(case: Case) -> tuple[object, ...]:
     """Parameters that decide a friction record."""
     return (_RECORDS(case), case.farthest)
 
 
-def of_path(case: Case) -> tuple[object, ...]:
+def path_parameters(case: Case) -> tuple[object, ...]:
     """Parameters that decide a path of pin and load."""
     return (_PATHS(case),)
 
@@ -275,7 +275,7 @@ _CONTACTS, _RECORDS, _PATHS = map(deciding_texts, (OF_CONTACT, OF_RECORD, OF_PAT
 
 def deciding_fields(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]:
     """Fields of a case and its parts by dotted name, without the excluded ones. Raises KeyError for unknown exclusions."""
-    found = dict(dotted_fields(case))
+    found = dict(list_dotted_fields(case))
     apart = {name for each in exclusions if each.where(case) for name in each.names}
     under = {name: [field for field in found if field == name or field.startswith(f"{name}.")] for name in apart}
     if unknown := [name for name, fields in under.items() if not fields]:
@@ -284,14 +284,14 @@ def deciding_fields(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, 
     return {name: value for name, value in found.items() if name not in left_out}
 
 
-def dotted_fields(value: Any, prefix: str = "") -> Iterator[tuple[str, object]]:
+def list_dotted_fields(value: Any, prefix: str = "") -> Iterator[tuple[str, object]]:
     """Dotted name and value of every field of a dataclass and of its nested ones; for a scheme or integrator its name, too."""
     for item in fields(value):
         part = getattr(value, item.name)
         if isinstance(part, Scheme | Integrator):
             yield f"{prefix}{item.name}", part.name
         if is_dataclass(part):
-            yield from dotted_fields(part, f"{prefix}{item.name}.")
+            yield from list_dotted_fields(part, f"{prefix}{item.name}.")
         else:
             yield f"{prefix}{item.name}", part
 

@@ -43,12 +43,12 @@ _NUMBER: Final = re.compile(r"(?!.*[^\W\d_]{4})[-+]?[\d.]|[–…-]?$|(nan|inf)\
 """The start of a number with its error and unit; four letters in a row are a word, as in `3 completed`, which counts members."""
 
 
-def wrapped(text: str, width: int, first: str = INDENT, later: str = INDENT) -> list[str]:
+def wrap_sentence(text: str, width: int, first: str = INDENT, later: str = INDENT) -> list[str]:
     """A sentence in lines of at most this width where its words allow it; what belongs together is one word.
 
     first, later: what the first line and the others begin with.
     """
-    joined = _TOGETHER.sub(lambda found: whole(found.group()), _escaped(text))
+    joined = _TOGETHER.sub(lambda found: whole(found.group()), escape_controls(text))
     lines = textwrap.wrap(
         joined, width, initial_indent=first, subsequent_indent=later, break_long_words=False, break_on_hyphens=False
     )
@@ -56,7 +56,7 @@ def wrapped(text: str, width: int, first: str = INDENT, later: str = INDENT) -> 
 
 
 def whole(text: object) -> str:
-    """A path, or words to be typed, as one word of a sentence, which `wrapped` never breaks."""
+    """A path, or words to be typed, as one word of a sentence, which `wrap_sentence` never breaks."""
     return str(text).replace(" ", _NO_BREAK)
 
 
@@ -90,7 +90,7 @@ class Table:
             if (room := width - sum(widths) - GAP * len(widths)) >= needed:
                 yield self._grid(widths, room)
                 if left_out := self.header[len(widths) : -1]:
-                    yield _lines(wrapped(f"not shown, for lack of width: {', '.join(left_out)}", width, first=""))
+                    yield _lines(wrap_sentence(f"not shown, for lack of width: {', '.join(left_out)}", width, first=""))
                 return
         for widths in (folded[:least], tight):
             if sum(widths) + GAP * len(widths) <= width:
@@ -126,7 +126,7 @@ class Table:
         for number, row in enumerate(self.rows):
             lines = console.render_lines(self._grid(widths, of=(number,)), options, pad=False)[len(header) :]
             yield from itertools.chain.from_iterable((*line, Segment.line()) for line in lines)
-            if below := wrapped(row[-1], options.max_width):
+            if below := wrap_sentence(row[-1], options.max_width):
                 yield _lines(below, self._style(number))
 
     def _grid(self, widths: Sequence[int], room: int = 0, of: Iterable[int] | None = None) -> rich.table.Table:
@@ -149,7 +149,7 @@ class Table:
         for number in range(len(self.rows)) if of is None else of:
             row = self.rows[number]
             places = [*enumerate(widths), *([(-1, room)] if room else [])]
-            cells = ["\n".join(wrapped(row[place], letters, "", "")) for place, letters in places]
+            cells = ["\n".join(wrap_sentence(row[place], letters, "", "")) for place, letters in places]
             grid.add_row(*map(Text, cells), style=self._style(number))
         return grid
 
@@ -162,10 +162,10 @@ class Table:
             for title, cell in ((self.header[place], row[place]) for place in places):
                 indent = INDENT if len(lines) > 1 else ""
                 if cell:
-                    lines += wrapped(f"{title}: {cell}" if title else cell, width, indent, indent + INDENT)
+                    lines += wrap_sentence(f"{title}: {cell}" if title else cell, width, indent, indent + INDENT)
             yield _lines(lines, self._style(number))
         if left_out := [title for place, title in enumerate(self.header) if place not in places]:
-            yield _lines(wrapped(f"not shown, for lack of width: {', '.join(left_out)}", width, first=""))
+            yield _lines(wrap_sentence(f"not shown, for lack of width: {', '.join(left_out)}", width, first=""))
 
     def _style(self, number: int) -> str:
         return FAILED if number in self.failed else ""
@@ -176,14 +176,14 @@ def _widest(cells: Iterable[str]) -> int:
 
 
 def _longest_word(text: str) -> int:
-    return _widest(wrapped(text, 1, "", ""))
+    return _widest(wrap_sentence(text, 1, "", ""))
 
 
 def _lines(lines: Iterable[str], style: str = "") -> Text:
     return Text("\n".join(lines), style)
 
 
-def _escaped(text: str) -> str:
+def escape_controls(text: str) -> str:
     """A text in which letters that terminals obey, or that are half of a letter, are escaped, but line breaks."""
     return "".join(x if x.isprintable() or x == "\n" or _plain(x) else ascii(x)[1:-1] for x in text)
 
@@ -213,7 +213,7 @@ def _has_width(found: Console) -> bool:
 def print_table(*tables: Table) -> None:
     """Print tables to standard output, between empty lines."""
     for each in tables:
-        header, *rows = (tuple(map(_escaped, row)) for row in (each.header, *each.rows))
+        header, *rows = (tuple(map(escape_controls, row)) for row in (each.header, *each.rows))
         console().print("", replace(each, header=header, rows=tuple(rows)), soft_wrap=True)
     console().print()
 
@@ -225,7 +225,7 @@ def print_sentences(sentences: Iterable[str], style: str = "", stderr: bool = Fa
     """
     out = console(stderr, sys.maxsize)
     for each in filter(None, sentences):
-        out.print(_lines(wrapped(each, out.width, first=""), style), soft_wrap=True)
+        out.print(_lines(wrap_sentence(each, out.width, first=""), style), soft_wrap=True)
 
 
 def note(sentence: str, stderr: bool = False) -> None:
@@ -237,7 +237,7 @@ def print_entries(entries: Mapping[str, str]) -> None:
     """Print the meaning of each name, a name a line."""
     out, indent = console(unlimited=sys.maxsize), " " * (max(map(len, entries)) + GAP)
     for name, meaning in entries.items():
-        out.print(_lines(wrapped(meaning, out.width, f"{name:{len(indent)}}", indent)), soft_wrap=True)
+        out.print(_lines(wrap_sentence(meaning, out.width, f"{name:{len(indent)}}", indent)), soft_wrap=True)
 
 
 def print_error(message: str) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nanoslip.solver.dynamics.coefficients import INERTIAL
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.dataset.file import groups_of
+from nanoslip.study.dataset.file import read_groups
 from nanoslip.study.report.console import console
 
 
@@ -40,7 +40,7 @@ def curves(case: xr.Dataset) -> Iterator[DrawnLine]:
         yield _curve(see.trajectory(), "time", "sample_spring_force")
 
 
-def beyond_contact(case: xr.Dataset) -> tuple[float, float, float] | None:
+def inertial_range(case: xr.Dataset) -> tuple[float, float, float] | None:
     """The least and largest spring force over load of a drive, and what its contact holds, where inertia goes beyond it."""
     holds = float(case.get("peak_friction", np.nan))
     if not _has(case, "trajectory", "sample"):
@@ -54,7 +54,7 @@ def _has(case: xr.Dataset, group: str, sample: str) -> bool:
     """True if a case has a run of its own in a group, with values along a sample dimension."""
     name = f"{group}_id"
     own = name in case and not case[name].dims and bool(case[name].item())
-    return own and group in groups_of(case) and sample in groups_of(case)[group].dims
+    return own and group in read_groups(case) and sample in read_groups(case)[group].dims
 
 
 def _curve(run: xr.Dataset, x: str, y: str) -> DrawnLine:

@@ -20,10 +20,10 @@ from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import Column
 from nanoslip.study.dataset.compare import values
-from nanoslip.study.dataset.table import scales_of
-from nanoslip.study.figures.answer import capitalized
+from nanoslip.study.dataset.table import read_scales
+from nanoslip.study.figures.answer import capitalize_text
 from nanoslip.study.figures.points import SYMBOL, readable
-from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image
+from nanoslip.study.figures.shared import COLORS, Sort, View, format_csv, image
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY
 from nanoslip.study.manifest.manifest import drive_parameters, drive_sizes
@@ -101,18 +101,18 @@ def _time(seconds: float) -> str:
 
 def sizes_in_si(dataset: xr.Dataset) -> Iterator[str]:
     """The sizes of cases and of what they give in SI, a line each; none if a dataset does not state its scales."""
-    scales = scales_of(dataset.attrs)
+    scales = read_scales(dataset.attrs)
     if scales is None:
         return
     given = {name: values(dataset, name) for name in parameters_of_a_case()}
     yield si_line(scales, {}, {name: each for name, each in given.items() if each})
     if driven := drive_sizes({name: values(dataset, name) for name in drive_parameters()}):
-        yield capitalized(f"drive: {', '.join(driven)}")
+        yield capitalize_text(f"drive: {', '.join(driven)}")
     for name in ("final_displacement_si", "mean_step_si", "surface_stiffness_si"):
         if name in dataset and bool(dataset[name].notnull().any()):
             found = dataset[name]
             ends = (compact(float(end), readable(found.attrs["units"])) for end in (found.min(), found.max()))
-            yield f"{capitalized(found.attrs['long_name'])}: {' to '.join(dict.fromkeys(ends))}"
+            yield f"{capitalize_text(found.attrs['long_name'])}: {' to '.join(dict.fromkeys(ends))}"
 
 
 def left_out(dataset: xr.Dataset) -> Iterator[str]:
@@ -147,13 +147,13 @@ class PageFigure(NamedTuple):
 def picture(view: View) -> PageFigure:
     """Draw a view for a page."""
     figure = view.draw()
-    drawn = themed(image(figure, "svg").decode())
+    drawn = theme_svg(image(figure, "svg").decode())
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
-    data = address(csv_of(view.columns()), "text/csv")
+    data = address(format_csv(view.columns()), "text/csv")
     return PageFigure(view.name, view.caption, address(drawn, "image/svg+xml"), width, height, data)
 
 
-def themed(svg: str) -> str:
+def theme_svg(svg: str) -> str:
     """An SVG whose lines, text and background follow `prefers-color-scheme`."""
     lines = ((light, f"c{number}", dark) for number, (light, dark) in enumerate(zip(COLORS, DARK, strict=True)))
     names = [*_INK, *lines]
@@ -190,7 +190,7 @@ class Section(NamedTuple):
     """Sentences on what is not drawn."""
 
 
-def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
+def place_sections(sections: Sequence[Section]) -> list[tuple[str, Section]]:
     """Sections with their places on a broad page: a `half` beside the next one, `alone` without one, "" across."""
     found: list[tuple[str, Section]] = []
     for section in sections:
@@ -216,10 +216,10 @@ def page(dataset: xr.Dataset, journal: Sequence[RunRecord], answer: str = "") ->
     environment = jinja2.Environment(
         loader=loader, autoescape=True, undefined=strict, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {"lowered": lowered, "slug": lambda title: title.lower().replace(" ", "-")}
+    environment.filters |= {"lowered": lower_subscripts, "slug": lambda title: title.lower().replace(" ", "-")}
     drawn = SENSITIVITY, *SORTS.values()
     sections = tuple(found for sort in drawn if (found := section(dataset, sort)))
-    table, alike = summary.factored(summary.scalar_table(dataset, scales=scales_of(dataset.attrs)))
+    table, alike = summary.factor_out_columns(summary.scalar_table(dataset, scales=read_scales(dataset.attrs)))
     titles = (*(each.title for each in sections), "Cases", "About these numbers")
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
@@ -237,13 +237,13 @@ def page(dataset: xr.Dataset, journal: Sequence[RunRecord], answer: str = "") ->
             "In SI": list(sizes_in_si(dataset)),
             "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
         },
-        sections=placed(sections),
+        sections=place_sections(sections),
         table=table,
-        alike=[*alike, *filter(None, [variables.means_of(dataset)])],
+        alike=[*alike, *filter(None, [variables.explain_means(dataset)])],
     )
 
 
-def lowered(text: str) -> Markup:
+def lower_subscripts(text: str) -> Markup:
     """Text with the subscripts of its symbols lowered, as HTML."""
     return Markup(SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(text))))
 

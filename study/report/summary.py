@@ -19,14 +19,14 @@ from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.load_path import Loops
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import SHARED_ERROR, quantities
-from nanoslip.solver.sliding.validity import advice_on, flags_in
+from nanoslip.solver.sliding.validity import advice_on, decode_flags
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.access import run_of
-from nanoslip.study.dataset.file import groups_of
-from nanoslip.study.dataset.table import CASE, CaseRows, case_rows, scales_of
+from nanoslip.study.dataset.access import read_run
+from nanoslip.study.dataset.file import read_groups
+from nanoslip.study.dataset.table import CASE, CaseRows, case_rows, read_scales
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.figures.points import hyphenated, in_text, in_unit, readable, symbol, worded, written_unit
+from nanoslip.study.figures.points import format_value, hyphenate, readable, symbol, symbol_with_unit, unit_text, worded
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value, as_written, compact, si_text
 from nanoslip.study.plan.expectations import flag_lines
@@ -44,14 +44,14 @@ NOTHING = "–"
 """Cell of an unknown number."""
 
 
-def formatted(value: float, digits: int) -> str:
+def format_number(value: float, digits: int) -> str:
     """Format a number with this number of digits; a longer whole number in full, in groups of three."""
     if 10**digits <= abs(value) < LARGEST_WHOLE and value == round(value):
         return f"{value:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
     return f"{value:.{digits}g}"
 
 
-def factored(table: Table) -> tuple[Table, list[str]]:
+def factor_out_columns(table: Table) -> tuple[Table, list[str]]:
     """Remove columns whose cells are all equal from a table, and return sentences with their values.
 
     Labels and the last column stay, and a table of one row stays as it is.
@@ -107,7 +107,7 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
             others.setdefault("0 here", []).append(name)
         else:
             meaning, unit = _meaning_and_unit(case[name])
-            beside = [_in_si(case, name, unit), *(_of_critical(case) if name == CRITICAL else ())]
+            beside = [_in_si(case, name, unit), *(critical_condition(case) if name == CRITICAL else ())]
             meaning += f" ({known})" if (known := "; ".join(filter(None, beside))) else ""
             rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), others
@@ -121,11 +121,11 @@ def ending_lines(case: xr.Dataset, brief: bool = False) -> Iterator[str]:
     for label, (ended, why) in _endings(case).items():
         if label == "drive" and ended == COMPLETED and CRITICAL in case:
             continue  # its message is about numbers of this one drive, which were not asked for
-        if not brief or (why and ended not in _unanswered(case)):
+        if not brief or (why and ended not in failed_outcomes(case)):
             yield ": ".join(filter(None, (label, ended, why)))
     if "advice" in case and (advice := str(case["advice"].item())):
         yield f"advice: {advice}"
-    yield from filter(None, [variables.means_of(case)])
+    yield from filter(None, [variables.explain_means(case)])
 
 
 def answer(case: xr.Dataset) -> str:
@@ -133,7 +133,7 @@ def answer(case: xr.Dataset) -> str:
 
     A drive without a slip is named by its regime. Numbers with a size in SI begin with it.
     """
-    return "; ".join(filter(None, (answer_numbers(case), *failures_of(case))))
+    return "; ".join(filter(None, (answer_numbers(case), *failure_lines(case))))
 
 
 def answer_numbers(case: xr.Dataset) -> str:
@@ -147,7 +147,7 @@ def answer_numbers(case: xr.Dataset) -> str:
 def _stroke_words(case: xr.Dataset) -> str:
     """Stroke and amplitude of the pin; and, if a spring is given, of the stage that pulls the pin so far."""
     stroke = case["cycle_stroke"].item()
-    scales = scales_of(case.attrs)
+    scales = read_scales(case.attrs)
     if scales is None:
         return f"stroke {stroke:.3g} L_x end to end, ±{stroke / 2.0:.3g} L_x of the pin"
     amplitude = stroke * scales.slab_width / 2.0
@@ -160,9 +160,9 @@ def _stroke_words(case: xr.Dataset) -> str:
     return f"{words}, for which a stage of {compact(spring, 'N/m')} moves ±{compact(amplitude + force / spring, 'm')}"
 
 
-def failures_of(case: xr.Dataset) -> Iterator[str]:
+def failure_lines(case: xr.Dataset) -> Iterator[str]:
     """Outcomes that leave a case without its answer, with what to do."""
-    return (": ".join(filter(None, each)) for each in _unanswered(case).items())
+    return (": ".join(filter(None, each)) for each in failed_outcomes(case).items())
 
 
 def _endings(case: xr.Dataset) -> dict[str, tuple[str, str]]:
@@ -172,7 +172,7 @@ def _endings(case: xr.Dataset) -> dict[str, tuple[str, str]]:
     return {label: (str(case[a.name].item()), str(case[b.name].item())) for label, (a, b, *_) in there.items()}
 
 
-def _unanswered(case: xr.Dataset) -> dict[str, str]:
+def failed_outcomes(case: xr.Dataset) -> dict[str, str]:
     """Outcomes that leave a case without its answer, with their messages."""
     good = {COMPLETED, *([Ending.NO_SLIP.value] if "regime" in answered(case) else [])}
     return {ended: why for ended, why in reversed(_endings(case).values()) if ended not in good}
@@ -212,8 +212,8 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
     if isinstance(value, str | bool):
         return worded(case_rows(values, name).tallies(name)[0])
     if name in variables.counts() and value != round(value):
-        return formatted(round(value, 0 if abs(value) >= FEW_COUNTED else 1), digits)
-    return formatted(value, digits)
+        return format_number(round(value, 0 if abs(value) >= FEW_COUNTED else 1), digits)
+    return format_number(value, digits)
 
 
 def _not_found(values: xr.Dataset, name: str) -> str:
@@ -231,18 +231,18 @@ def _searches(values: xr.Dataset, name: str) -> Iterator[tuple[str, int]]:
             yield word.replace("_", " "), count
 
 
-def _of_critical(case: xr.Dataset) -> Iterator[str]:
+def critical_condition(case: xr.Dataset) -> Iterator[str]:
     """Spring and starts of a critical velocity."""
     if "spring_stiffness" in case.coords:
         yield f"at {compact(float(case['spring_stiffness']), 'N/m')}"
-    yield from starts_of(case, CRITICAL)
+    yield from start_range(case, CRITICAL)
 
 
-def starts_of(case: xr.Dataset, name: str) -> Iterator[str]:
+def start_range(case: xr.Dataset, name: str) -> Iterator[str]:
     """Range of a critical velocity over single starts, which is what one machine shows, and why others have none."""
     found = Counter({word: count for word, count in _searches(case, name) if word != "found"})
-    if "drive_ensemble" in groups_of(case):
-        starts = run_of(case, "drive_ensemble", {})[0]
+    if "drive_ensemble" in read_groups(case):
+        starts = read_run(case, "drive_ensemble", {})[0]
         values, failed = starts[name].values, np.isnan(starts["time_stuck"].values)
         found.update(list(Ending)[code].value for code in starts["member_outcome"].values[np.isnan(values) & failed])
         if np.isfinite(values).any():
@@ -268,7 +268,7 @@ def _two_parts(values: xr.Dataset) -> str:
 
 def _in_si(case: xr.Dataset, name: str, unit: str, error: xr.DataArray | None = None) -> str:
     """Size in SI of a number in units of the scales, as `269.8 μm`, and perhaps its ±; empty without scales."""
-    scales = scales_of(case.attrs)
+    scales = read_scales(case.attrs)
     if scales is None:
         return ""
     load = case["normal_load"].item() * case.get("contacts", 1) * scales.force
@@ -319,7 +319,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     asked = [name for name in (*main_numbers(dataset), "regime") if name in dataset]
     if "static_friction" in asked and "plateau_mean" in dataset and bool(dataset["static_friction"].isnull().any()):
         asked = list(dict.fromkeys((*asked, "plateau_mean")))  # the friction of a pin that never slips
-    there = (name for name in (*asked, *SHOWN) if name in dataset and not _without_cycles(dataset, name))
+    there = (name for name in (*asked, *SHOWN) if name in dataset and not has_no_cycles(dataset, name))
     columns = {name: SHOWN.get(name, symbol(name)) for name in there}
     numbers = {
         *columns,
@@ -334,7 +334,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
     all_rows = case_rows(dataset)
     varying = _varying(all_rows)
-    labels = [in_unit(_name(name), name) for name in varying]
+    labels = [symbol_with_unit(_name(name), name) for name in varying]
     # A punch is given its own half-width.
     titles = [f"{title} of contact" if title in labels else title for title in columns.values()]
     masks = dataset[variables.VALIDITY.name].values if variables.VALIDITY.name in dataset else np.zeros(1, np.int32)
@@ -344,7 +344,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     failed = set()
     for case in each_case(all_rows, most):
         ending, flags, message = _ending(case)
-        if ending not in _UNHURT and bool(_missed(case)) and not _answered(case).item():
+        if ending not in _UNHURT and bool(_missed(case)) and not has_regime_answer(case).item():
             failed.add(len(rows))
         told = f"{ending}{flags if flagged else ''}{message if why else ''}"
         cells = (_text(case, name, 5) + variables.fewer(case, name) for name in columns)
@@ -354,7 +354,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
 
 
-def _without_cycles(dataset: xr.Dataset, name: str) -> bool:
+def has_no_cycles(dataset: xr.Dataset, name: str) -> bool:
     """True for a number of cycles where no path has any."""
     return name in quantities(Loops) and bool(dataset[name].isnull().all())
 
@@ -366,7 +366,7 @@ def main_numbers(dataset: xr.Dataset) -> list[str]:
         named = (*named, "static_friction", "kinetic_friction")
     elif "plateau_mean" in dataset:
         named = (*named, "plateau_mean")
-    elif "loss_per_cycle" in dataset and not _without_cycles(dataset, "loss_per_cycle"):
+    elif "loss_per_cycle" in dataset and not has_no_cycles(dataset, "loss_per_cycle"):
         named = (*named, "loss_per_cycle")
     critical = (CRITICAL,) if CRITICAL in dataset else ()
     return list(dict.fromkeys(filter(None, (*named, *critical))))
@@ -381,7 +381,7 @@ def _missed(dataset: xr.Dataset) -> xr.DataArray:
     return xr.DataArray(True) if len(missing) < max(len(names), 1) else functools.reduce(operator.or_, missing)
 
 
-def _answered(dataset: xr.Dataset) -> xr.DataArray:
+def has_regime_answer(dataset: xr.Dataset) -> xr.DataArray:
     """True for drives whose regime is the answer without μ_s, unless [target] names numbers.
 
     A pin follows in micro slips, or sticks below a critical velocity that is known.
@@ -434,7 +434,7 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
-def left_out_summary(dataset: xr.Dataset) -> list[str]:
+def omission_summary(dataset: xr.Dataset) -> list[str]:
     """One line for each effect that was left out of most members of a drive: of how many drives, and what it may change."""
     if _LEFT_OUT.name not in dataset:
         return []
@@ -472,7 +472,7 @@ def _kinds(rows: CaseRows, run: str) -> list[str]:
 
 def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     """Numbers of cases, then drives by ending, each with True if it is a failure: failures first, the most frequent first."""
-    answered = _answered(dataset)
+    answered = has_regime_answer(dataset)
     found = []
     for kind, (ending, *_) in variables.OUTCOMES.items():
         words = dataset[ending.name].values.ravel().tolist() if ending.name in dataset else []
@@ -485,7 +485,7 @@ def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
 def cautions(dataset: xr.Dataset) -> list[str]:
     """Cautions: effects left out, missed targets, validity flags."""
     others = failure_summary(dataset, asked=False).values()
-    return [*left_out_summary(dataset), *short_summary(dataset), *others, *flag_summary(dataset).values()]
+    return [*omission_summary(dataset), *short_summary(dataset), *others, *flag_summary(dataset).values()]
 
 
 def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, str]:
@@ -494,7 +494,7 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
     asked: for cases that miss a requested number, else for the others. A remark of one that completed, as on a number that nobody
     requested, is no failure.
     """
-    lines, missed = dict[Hashable, str](), _missed(dataset) & ~_answered(dataset)
+    lines, missed = dict[Hashable, str](), _missed(dataset) & ~has_regime_answer(dataset)
     lacking = missed & _without(dataset, main_numbers(dataset))
     for run, (outcome, message, *_) in variables.OUTCOMES.items():
         if outcome.name not in dataset:
@@ -539,7 +539,7 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
     """Number of drives by outcome and by regime (of most members), nothing of few, as the table shows them; and advice on μ_s."""
     many = [dataset[name] for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
     counts = [(each, Counter(filter(None, each.values.ravel().tolist())).most_common()) for each in many]
-    counted = [(each, ", ".join(f"{count} {hyphenated(word)}" for word, count in tally)) for each, tally in counts]
+    counted = [(each, ", ".join(f"{count} {hyphenate(word)}" for word, count in tally)) for each, tally in counts]
     found = _inertial(dataset) if "static_friction" in dataset else xr.DataArray(False)
     inertial = int(found.sum())
     share = f"inertia and damper add over {INERTIAL:.0%} to the contact's peak, as (peak + addition)"
@@ -557,8 +557,8 @@ def label_text(label: Mapping[str, Value], scales: Scales | None = None) -> str:
     for name, value in label.items():
         if value != "" and value == value:  # noqa: PLR0124  NaN is not
             si = si_text(scales, name, value) if scales else ""
-            size = f"{variables.in_si_too()[name].symbol} = {si}" if si else ""
-            parts.append(size or f"{_name(name)} = {in_text(value)} {written_unit(name)}".rstrip())
+            size = f"{variables.si_coordinates()[name].symbol} = {si}" if si else ""
+            parts.append(size or f"{_name(name)} = {format_value(value)} {unit_text(name)}".rstrip())
     return ", ".join(parts)
 
 
@@ -609,14 +609,14 @@ def _varying(rows: CaseRows) -> list[str]:
 def with_size(name: str, value: Value, scales: Scales | None) -> str:
     """Value of a parameter, and beside a length or load its size in SI."""
     si = si_text(scales, name, value) if scales else ""
-    return f"{in_text(value)} ({si})" if si else in_text(value)
+    return f"{format_value(value)} ({si})" if si else format_value(value)
 
 
 def _ending(values: xr.Dataset) -> tuple[str, str, str]:
     """Outcome of a case and its drive: the first bad outcome, the case's flags in brackets, advice on that outcome."""
     good = (COMPLETED, "")
     ending, message = next((both for both in _endings(values).values() if both != good), good)
-    flags = flags_in(int(values[variables.VALIDITY.name])) if variables.VALIDITY.name in values else ()
+    flags = decode_flags(int(values[variables.VALIDITY.name])) if variables.VALIDITY.name in values else ()
     named = f" [{', '.join(flag.name for flag in flags)}]" if flags else ""
     return ending, named, f": {message}" if message else ""
 
@@ -643,7 +643,7 @@ def longer_record(case: xr.Dataset) -> str:
     return f"a longer record: it spans {spans:.2g} of the node spacings with which the surface repeats{twice}"
 
 
-def errors_of(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
+def error_parts(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
     """Known parts of the error of a number of one case, the largest first. cost: of four times its members, in words."""
     value, found = abs(float(case[name])) or math.nan, list[Error]()
     if (error := f"{name}{UNCERTAINTY}") in case:
@@ -662,7 +662,7 @@ def errors_of(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
 def error_lines(dataset: xr.Dataset, cost: str = "", most: int = 1, apart: Collection[str] = ()) -> Iterator[str]:
     """Report, for each requested number of some cases or drives, its value and the main source of its error.
 
-    cost: see `errors_of`. apart: numbers that are reported elsewhere.
+    cost: see `error_parts`. apart: numbers that are reported elsewhere.
     """
     rows, asked = case_rows(dataset), (main_numbers(dataset) or ["contact_half_width"])
     shown = [name for name in asked if name in dataset and dataset[name].dtype.kind == "f" and name not in apart]
@@ -671,9 +671,9 @@ def error_lines(dataset: xr.Dataset, cost: str = "", most: int = 1, apart: Colle
     for case in each_case(rows, most):
         place = label_text({dim: case[dim].item() for dim, size in rows.sizes.items() if size > 1})
         for name in shown:
-            yield _line(case, name, f" ({place})" if place else "", errors_of(case, name, cost))
+            yield _line(case, name, f" ({place})" if place else "", error_parts(case, name, cost))
     mask = int(dataset[variables.VALIDITY.name].values.flat[0]) if variables.VALIDITY.name in dataset else 0
-    if unresolved := [flag for flag in flags_in(mask) if flag.unresolved]:
+    if unresolved := [flag for flag in decode_flags(mask) if flag.unresolved]:
         yield f"nodes miss part of what these numbers depend on: {advice_on(unresolved)}"
 
 
@@ -682,7 +682,7 @@ def _line(case: xr.Dataset, name: str, where: str, errors: list[Error]) -> str:
     if math.isnan(value):
         return f"{name}{where}: not known"
     if not errors:
-        return f"{name} {value:.3g}{where} {variables.without_error(case, [name])}"
+        return f"{name} {value:.3g}{where} {variables.missing_error_reasons(case, [name])}"
     first, *others = errors
     beside = "".join(f"; {each.source} {each.share:.1%}" for each in others)
     largest = f"largest part of its error: {first.source} ({first.share:.1%})"

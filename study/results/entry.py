@@ -90,7 +90,7 @@ class Head(NamedTuple):
     """Bytes of the whole entry."""
 
 
-def packed(result: TaskResult) -> bytes:
+def pack_result(result: TaskResult) -> bytes:
     """Pack a result as an entry; equal results give equal bytes. Raises ValueError if its key is invalid."""
     key = result.key.encode("ascii")
     if len(key) != _KEY:
@@ -158,7 +158,7 @@ def require_whole(head: Head, numbers: Any) -> None:
         raise CorruptResultError(CHANGED)
 
 
-def result_of(head: Head, numbers: Any) -> TaskResult:
+def unpack_result(head: Head, numbers: Any) -> TaskResult:
     """Result with this head and these numbers (a buffer that is never written to). Its arrays are read-only.
 
     Raises UnusableResultError.
@@ -182,7 +182,7 @@ def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArr
         found = np.frombuffer(numbers, dtype, count, at) if count else np.empty(0, dtype)
         found.flags.writeable = False
         yield name, found.reshape(shape, order="F" if fortran else "C")
-        at += _rounded(count * dtype.itemsize)
+        at += round_time(count * dtype.itemsize)
 
 
 @lru_cache(maxsize=1024)  # most results say the same of themselves
@@ -205,10 +205,10 @@ def _json(content: object) -> bytes:
 
 
 def _filled(content: bytes, filling: bytes, before: int = 0) -> bytes:
-    return content + filling * (_rounded(before + len(content)) - before - len(content))
+    return content + filling * (round_time(before + len(content)) - before - len(content))
 
 
-def _rounded(length: int) -> int:
+def round_time(length: int) -> int:
     return -(-length // ALIGNED) * ALIGNED
 
 
@@ -233,7 +233,7 @@ MAPPED: Final = 1 << 20
 """Bytes of numbers from which a file is mapped into memory instead of read: the ranks of a node hold one copy."""
 
 
-def path_of(folder: Path, key: str) -> Path:
+def result_path(folder: Path, key: str) -> Path:
     """Path of a result's file."""
     return folder / f"{key}{ENDING}"
 
@@ -243,9 +243,9 @@ def read_entry(path: Path) -> TaskResult:
     with _open_result(path) as file, named(path):
         head = _head(path, file)
         if head.numbers < MAPPED:
-            return result_of(head, _numbers(head, file))
+            return unpack_result(head, _numbers(head, file))
         begin = file.tell()
-        return result_of(head, np.asarray(np.memmap(file, np.uint8, "r", begin, head.numbers)))
+        return unpack_result(head, np.asarray(np.memmap(file, np.uint8, "r", begin, head.numbers)))
 
 
 def check_file(path: Path) -> Head:
@@ -305,10 +305,10 @@ def unusable_in(folder: Path) -> frozenset[str]:
 def note_unusable(folder: Path, head: Head) -> None:
     """Keep this version from counting a result as finished, in this process and later ones."""
     with suppress(OSError):  # who only reads the folder finds it again
-        files.append_lines(folder / UNUSABLE, f"{line_of(head)}\n".encode())
+        files.append_lines(folder / UNUSABLE, f"{path_line(head)}\n".encode())
 
 
-def line_of(head: Head) -> str:
+def path_line(head: Head) -> str:
     """The line of a result that this version cannot use: version, key and checksums."""
     return f"{all_sources_hash()} {head.key} {head.seal:08x} {head.checksum:08x}"
 
@@ -383,7 +383,7 @@ def later(folder: Path, name: str) -> Path:
 
     The number that the name may begin with was its place in another folder.
     """
-    number = 1 + max((int(path.name.partition("-")[0]) for path in logs_in(folder)), default=0)
+    number = 1 + max((int(path.name.partition("-")[0]) for path in list_logs(folder)), default=0)
     return folder / f"{number:06d}-{name.rpartition('-')[2]}"
 
 
@@ -392,7 +392,7 @@ def is_name(name: str) -> bool:
     return _NAME.fullmatch(name) is not None
 
 
-def logs_in(folder: Path) -> list[Path]:
+def list_logs(folder: Path) -> list[Path]:
     """Files named like logs, in order of creation."""
     return [path for path in files.matching(folder, f"*{LOGS}") if is_name(path.name)]
 
@@ -494,7 +494,7 @@ class Logs:
         """Read added results; damage is noted, except a torn end, which may still be written."""
         for path in self._paths():
             with suppress(FileNotFoundError):  # a run that goes on meanwhile has mended it
-                self._look_into(path)
+                self.read_log_tail(path)
 
     def find(self, key: str) -> LocatedEntry | None:
         """Position of a task's result; None if no log holds it."""
@@ -504,7 +504,7 @@ class Logs:
 
     def mend(self) -> None:
         """Read, set aside what is damaged or could not be read; no other process may write. Raises OSError, ResultFormatError."""
-        for path, new in [(path, self._look_into(path)) for path in self._paths()]:  # refused before any is changed
+        for path, new in [(path, self.read_log_tail(path)) for path in self._paths()]:  # refused before any is changed
             unread = {fault.begin: fault for fault in self._unread.pop(path, ())}
             if not (faults := [*unread.values(), *new]):
                 continue
@@ -531,7 +531,7 @@ class Logs:
         numbers = os.pread(self._opened(path).number, head.numbers, begin + head.length - head.numbers)
         try:
             require_whole(head, numbers)
-            return result_of(head, numbers)
+            return unpack_result(head, numbers)
         except UnusableResultError as error:
             self.reject(head)
             raise UnusableResultError(_damaged(path, Fault(begin, begin + head.length, error))) from error
@@ -544,14 +544,14 @@ class Logs:
     def reject(self, head: Head) -> None:
         """Have a result that this version cannot use count as not finished."""
         note_unusable(self._folder, head)
-        self._unusable |= {line_of(head)}
+        self._unusable |= {path_line(head)}
         known = self.places.get(head.key)
         if known and known.head == head:
             del self.places[head.key]
 
     def is_rejected(self, head: Head) -> bool:
         """True if this version has found that it cannot use the result with this head."""
-        return bool(self._unusable) and line_of(head) in self._unusable
+        return bool(self._unusable) and path_line(head) in self._unusable
 
     def set_aside_unusable(self, path: Path) -> None:
         """Give another name to a file with a result that this version cannot use, before it is written anew. Raises OSError."""
@@ -569,13 +569,13 @@ class Logs:
 
     def _paths(self) -> list[Path]:
         """Existing logs; other objects of such a name are reported once."""
-        found = logs_in(self._folder)
+        found = list_logs(self._folder)
         strange = [path for path in found if is_no_file(path)]
         for path in strange:
             self._notice(f"{path}: {files.NO_FILE}, so no log of results{AGAIN}")
         return [path for path in found if path not in strange]
 
-    def _look_into(self, path: Path) -> list[Fault]:
+    def read_log_tail(self, path: Path) -> list[Fault]:
         """Read the new part of a log, or all of a replaced one; returns damaged parts."""
         with os.fdopen(
             open_regular(path), "rb"

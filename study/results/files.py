@@ -105,18 +105,18 @@ ABANDONED = 86_400.0
 """Seconds after which another host's scratch file is taken for a killed run's."""
 _SCRATCH = ".scratch"
 _SCRATCH_NAME = re.compile(rf"\..+\.([^.]+)\.(\d{{1,9}})\.[0-9a-f]+{re.escape(_SCRATCH)}")
-"""Names made by `scratch_beside`: host and process of the writer. Other files with this ending are foreign."""
+"""Names made by `make_scratch`: host and process of the writer. Other files with this ending are foreign."""
 RANDOM: Final = 8
 """Number of random bytes that make a name unique."""
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
+def writing_whole(path: Path) -> Iterator[Path]:
     """Yield a scratch file beside `path` to write to, then put it in its place: readers see the old or the new, whole.
 
     The mode is what the umask leaves of 0666, as for any file others shall read.
     """
-    scratch = scratch_beside(path)
+    scratch = make_scratch(path)
     try:
         yield scratch
         # Before the new name: a loss of power could otherwise leave it with no bytes behind it.
@@ -130,17 +130,17 @@ def written_whole(path: Path) -> Iterator[Path]:
 
 def write_whole(path: Path, parts: Iterable[bytes]) -> None:
     """Write contents from parts in order, whole or not at all. Raises OSError."""
-    with written_whole(path) as scratch:
-        write_to(scratch, parts)
+    with writing_whole(path) as scratch:
+        write_fully(scratch, parts)
 
 
-def write_to(path: Path, parts: Iterable[bytes], flags: int = 0) -> None:
+def write_fully(path: Path, parts: Iterable[bytes], flags: int = 0) -> None:
     """Write these bytes to a file, which need not appear whole. flags: O_APPEND, for example. Raises OSError."""
     with os.fdopen(open_regular(path, os.O_WRONLY | flags), "wb") as file:
         file.writelines(parts)
 
 
-def scratch_beside(path: Path, content: bytes = b"") -> Path:
+def make_scratch(path: Path, content: bytes = b"") -> Path:
     """Make a file beside `path`, to be written; `clear_away` removes what a killed process leaves. Raises OSError.
 
     Nobody can have put a link there: its name is drawn at random, and a name that is there is refused.
@@ -152,7 +152,7 @@ def scratch_beside(path: Path, content: bytes = b"") -> Path:
 
 def create(path: Path, content: bytes) -> None:
     """Write a file that is not there yet. Raises FileExistsError, OSError."""
-    write_to(path, [content], os.O_CREAT | os.O_EXCL)
+    write_fully(path, [content], os.O_CREAT | os.O_EXCL)
 
 
 def _host() -> str:
@@ -206,7 +206,7 @@ def free_name(path: Path) -> Path:
 # Folders of a campaign: its own, and one for each shard, a part that a small job computes alone.
 
 
-def folder_of(campaign: Path, out: Path | None) -> Path:
+def results_folder(campaign: Path, out: Path | None) -> Path:
     """The folder of a campaign's results."""
     return out or Path("results") / campaign.stem
 

@@ -25,7 +25,7 @@ from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts, entry, files
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import CorruptResultError, Head, Logs, LogWriter, Meta, ResultFormatError
-from nanoslip.study.results.files import is_no_file, open_regular, scratch_beside
+from nanoslip.study.results.files import is_no_file, make_scratch, open_regular
 
 FOLDER: Final = "results"
 _KEY: Final = re.compile("[0-9a-f]{20}")
@@ -135,10 +135,10 @@ class Store:
 
     def write(self, result: TaskResult, shared: bool = False) -> None:
         """Keep a result; shared: in a file of its own, as other tasks read it. Raises StoreError if the disk refuses."""
-        content = entry.packed(result)
+        content = entry.pack_result(result)
         with failing(f"{self.folder}: cannot write {result.key}"):
             if shared:
-                path = entry.path_of(self.folder, result.key)
+                path = entry.result_path(self.folder, result.key)
                 self._logs.set_aside_unusable(path)
                 files.write_whole(path, [content])
                 return
@@ -151,7 +151,7 @@ class Store:
     def reject(self, key: str) -> None:
         """Have a result count as not finished: this version cannot use it, though its checksums are right."""
         with suppress(FileNotFoundError, CorruptResultError):
-            self._logs.reject(entry.check_file(entry.path_of(self.folder, key)))
+            self._logs.reject(entry.check_file(entry.result_path(self.folder, key)))
         if place := self._logs.find(key):
             self._logs.reject(place.head)
 
@@ -159,7 +159,7 @@ class Store:
         """A result; its arrays are read-only. Raises CorruptResultError, FileNotFoundError."""
         if os.path.lexists(f"{self.folder}/{key}{entry.ENDING}"):  # a path would take longer than the look
             try:
-                return entry.read_entry(entry.path_of(self.folder, key))
+                return entry.read_entry(entry.result_path(self.folder, key))
             except CorruptResultError:
                 if not self._logs.find(key):
                     raise
@@ -189,7 +189,7 @@ class Store:
 
     def drop(self, key: str) -> None:
         """Remove a result that other tasks have read and nothing needs any more. Raises StoreError."""
-        path = entry.path_of(self.folder, key)
+        path = entry.result_path(self.folder, key)
         with failing(f"{path}: cannot be removed"):
             path.unlink(missing_ok=True)
 
@@ -248,7 +248,7 @@ class Lease:
         with failing(f"{self._path}: cannot be written"):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             # Complete before it gets the lease's name: no run ever reads half a lease.
-            scratch = scratch_beside(self._path, self._text)
+            scratch = make_scratch(self._path, self._text)
             try:
                 while not self._taken(scratch):
                     pass  # another run was quicker
@@ -275,11 +275,11 @@ class Lease:
         """Put our file there where nothing is, or in the place of what is stale; whether that was done. Raises StoreError."""
         line = self._line()
         if not line:
-            return self._linked(scratch, self._path)
+            return self.has_link(scratch, self._path)
         last = line[-1]
         if not _ended(last, scratch):
             raise StoreError(_BUSY.format(path=last.path, **_words(_owner(last))))
-        if not self._linked(scratch, last.heir):
+        if not self.has_link(scratch, last.heir):
             return False
         now = self._line()
         if not now or now[-1].text != self._text:  # meanwhile another run has taken it over
@@ -298,7 +298,7 @@ class Lease:
             place = _opened(place.heir)
         return found
 
-    def _linked(self, scratch: Path, path: Path) -> bool:
+    def has_link(self, scratch: Path, path: Path) -> bool:
         """True if our file now has this name; after a lost reply of the network the reported error may be wrong."""
         with suppress(FileExistsError):
             try:
@@ -467,7 +467,7 @@ def try_writing(folder: Path) -> None:
     """Create a folder and a file in it, before what it takes is computed. Raises StoreError."""
     with failing(f"{folder}: cannot write results there"):
         folder.mkdir(parents=True, exist_ok=True)
-        scratch_beside(folder / "probe").unlink()
+        make_scratch(folder / "probe").unlink()
 
 
 def write_files(contents: Mapping[Path, bytes]) -> None:

@@ -63,7 +63,7 @@ class Site:
 
     def __post_init__(self) -> None:
         needs = {each.name: _need(each.name, getattr(self, each.name), type(each.default)) for each in fields(self)}
-        if not needs["time"] + needs["warning"] and self.warning >= seconds_of(self.time):
+        if not needs["time"] + needs["warning"] and self.warning >= parse_time_limit(self.time):
             needs["warning"] = f"less than time = {shown(self.time)}"
         problems = [Problem(Place(), name, getattr(self, name), need) for name, need in needs.items() if need]
         if problems:
@@ -85,7 +85,7 @@ def _need(name: str, value: Any, kind: type) -> str:
     return "" if has_form(value) else need
 
 
-def seconds_of(time: str) -> float:
+def parse_time_limit(time: str) -> float:
     """Seconds of a time limit as sbatch reads it; NaN of another text."""
     days, dash, rest = time.rpartition("-")
     parts = rest.split(":")
@@ -109,7 +109,7 @@ _FORMS: Final[dict[str, tuple[Callable[[str], bool], str]]] = {
         lambda text: _MEMORY.fullmatch(text) is not None,
         'a size as "4G", "plan" for what the plan expects, or "" for no request',
     ),
-    "time": (lambda text: not math.isnan(seconds_of(text)), _TIMES),
+    "time": (lambda text: not math.isnan(parse_time_limit(text)), _TIMES),
 }
 """Setting -> predicate of a right text, and what is needed."""
 

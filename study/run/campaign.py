@@ -17,9 +17,9 @@ from nanoslip.study.results.files import Shard, looks
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, RunTally, Watch
-from nanoslip.study.run.executor import Rest, drop_intermediates, given_up, rest_of
+from nanoslip.study.run.executor import Rest, drop_intermediates, given_up, unfinished_tasks
 from nanoslip.study.run.farm import Farm
-from nanoslip.study.run.journal import BEGUN, Journal, left_begun, measured_in
+from nanoslip.study.run.journal import BEGUN, Journal, interrupted_keys, read_task_times
 from nanoslip.study.run.warm_up import WarmUp, miniatures
 
 # The cases of a shard, and which of their tasks it skips: blocks of neighbours that cost about the same.
@@ -40,7 +40,7 @@ def part(plan: Plan, shard: Shard) -> Plan:
     weights = [
         LEAST_CASE_SECONDS + sum(costs[key] / users[key] for key in sorted(needed[case.case_id])) for case in plan.cases
     ]
-    blocks = blocks_of(weights, shard.of)
+    blocks = task_blocks(weights, shard.of)
     cases = tuple(case for case, block in zip(plan.cases, blocks, strict=True) if block == shard.number - 1)
     keys = {key for case in cases for key in needed[case.case_id]}
     case_tasks = {case.case_id: plan.case_tasks[case.case_id] for case in cases}
@@ -48,7 +48,7 @@ def part(plan: Plan, shard: Shard) -> Plan:
     return replace(plan, cases=cases, distinct=distinct, case_tasks=case_tasks)
 
 
-def blocks_of(weights: Sequence[float], count: int) -> list[int]:
+def task_blocks(weights: Sequence[float], count: int) -> list[int]:
     """The block of each weight, from 0: neighbours together, each block about as heavy as any other.
 
     None is empty while there is another with two, and none is heavier than their mean by more than one weight.
@@ -64,7 +64,7 @@ def blocks_of(weights: Sequence[float], count: int) -> list[int]:
     return blocks
 
 
-def finished_with(
+def skippable_tasks(
     plan: Plan, own: Mapping[str, Result], merged: Mapping[str, Result], given_up: Collection[str] = ()
 ) -> dict[str, Result]:
     """Tasks that a shard skips: finished or merged ones, unless a remaining task reads them.
@@ -100,7 +100,7 @@ KILLED: Final = (
 
 def blame(plan: Plan, store: Store, journal: Journal, into: Path) -> None:
     """Record tasks interrupted by the last run as failed, permanently at the second time."""
-    if keys := left_begun(into).difference(store.inventory()):
+    if keys := interrupted_keys(into).difference(store.inventory()):
         before = store.failures()
         for task in plan.tasks:
             failure = before.get(task.key)
@@ -147,7 +147,7 @@ def compute_campaign(
     Raises ShortageError, FarmError, StoreError if no result can be kept any more, UnfinishedError.
     """
     store = Store(journal.out)
-    rest = _rest_of(plan, store, out or journal.out, journal, warn, **again)
+    rest = remaining_tasks(plan, store, out or journal.out, journal, warn, **again)
     if rest.tasks:
         farm.load(len(rest.tasks))
     try:
@@ -159,7 +159,7 @@ def compute_campaign(
     return Ended(store, failed, len(rest.given_up))
 
 
-def _rest_of(plan: Plan, store: Store, out: Path, journal: Journal, warn: Warn, **again: bool) -> Rest:
+def remaining_tasks(plan: Plan, store: Store, out: Path, journal: Journal, warn: Warn, **again: bool) -> Rest:
     """Remaining tasks of a plan, after merging existing shards. Requires the lease of the folder. Raises StoreError."""
     store.prepare()
     blame(plan, store, journal, journal.out)
@@ -167,12 +167,12 @@ def _rest_of(plan: Plan, store: Store, out: Path, journal: Journal, warn: Warn, 
         merged = Store(out)
         failures = {**merged.failures(), **store.failures()}
         untried = given_up(failures, again.get("retry", False))
-        finished = finished_with(plan, store.inventory(), merged.inventory(), untried)
+        finished = skippable_tasks(plan, store.inventory(), merged.inventory(), untried)
     else:
         for problem in merge_shards(out):
             warn(problem)
         finished, failures = store.inventory(), dict(store.failures())
-    return rest_of(plan, failures, finished, **again)
+    return unfinished_tasks(plan, failures, finished, **again)
 
 
 def _compute(
@@ -182,7 +182,7 @@ def _compute(
     tasks = rest.tasks
     if short := shortages(plan, tasks, farm.here):
         raise ShortageError("\n".join(short))
-    shown = show(rest, farm.size, measured_in(journal.out, out))
+    shown = show(rest, farm.size, read_task_times(journal.out, out))
     if tasks:
         farm.run([WarmUp(miniatures(tasks))], Watch())
         journal.begin(farm.size, farm.unit)

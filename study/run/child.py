@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
-from nanoslip.study.origin import Origin, adopt, installed_software
+from nanoslip.study.origin import Origin, adopt, find_software
 from nanoslip.study.run.dispatch import Done, Work, Worker, attempt, print_failure
 from nanoslip.study.run.launch import SIGNALS, Program, computing_environment
 
@@ -70,7 +70,7 @@ def _serve(parent: "Connection[Any, Any]") -> None:
             traceback.print_exc()
             os._exit(NO_TASK)
         if isinstance(message, Origin):
-            if different := message.differences(installed_software()):
+            if different := message.differences(find_software()):
                 parent.send(_other_software(where, different))
                 return
             adopt(message)

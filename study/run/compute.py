@@ -19,22 +19,22 @@ from nanoslip.solver.contact.state import contact_summary
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.regime import CriticalVelocity, StickSlipCount, count_sticks
-from nanoslip.solver.dynamics.result import DynamicsResult, ended_by
+from nanoslip.solver.dynamics.result import DynamicsResult, ending_parameter
 from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
 from nanoslip.solver.effects import SPARED, LeftOut
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, stiffness_of_node, surface_compliance
 from nanoslip.solver.elasticity.fields import InteriorFields
-from nanoslip.solver.ensemble import Ensemble, change_by, needed
-from nanoslip.solver.last import of_the_last
+from nanoslip.solver.ensemble import Ensemble, needed, omission_error
+from nanoslip.solver.last import cache_last
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import Portion
 from nanoslip.solver.sliding.plateau import (
     Plateau,
+    event_drift_error,
     plateau_of,
     repeats,
-    shared_by_events,
     shared_by_length,
     shared_error,
 )
@@ -42,7 +42,7 @@ from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import event_distributions
 from nanoslip.solver.sliding.slide import slide_to_state, states_at
 from nanoslip.solver.sliding.slider import portion, slider
-from nanoslip.solver.sliding.statistics import collective, event_statistics, shared_by_nodes
+from nanoslip.solver.sliding.statistics import collective, event_statistics, node_error
 from nanoslip.solver.sliding.validity import Validity, contact_half_width, contact_validity, record_validity
 from nanoslip.study.origin import computing_origin, stemming
 from nanoslip.study.plan import kinds
@@ -145,21 +145,23 @@ def computed_members(
         found += map(tried, range(len(found), size))
         if ensemble.within is not None:
             target = replace(ensemble, within=ensemble.within - spent())
-            if all(target.within_target(*each) for each in _targeted(kind, target, found)):
+            if all(target.meets_target(*each) for each in target_values(kind, target, found)):
                 break
     return tuple(found)
 
 
 def largest_change(kind: kinds.Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
-    """`change_by` what members leave out, of the observable of an ensemble's target in which it is largest."""
-    each = (_targeted(kind, ensemble, members) for members in (without, whole))
-    return max(change_by(fewer, all_of_it) for (fewer, *_), (all_of_it, *_) in zip(*each, strict=True))
+    """`omission_error` what members leave out, of the observable of an ensemble's target in which it is largest."""
+    each = (target_values(kind, ensemble, members) for members in (without, whole))
+    return max(omission_error(fewer, all_of_it) for (fewer, *_), (all_of_it, *_) in zip(*each, strict=True))
 
 
-def _targeted(kind: kinds.Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[tuple[list[float | int], float]]:
+def target_values(
+    kind: kinds.Kind, ensemble: Ensemble, members: Sequence[Member]
+) -> list[tuple[list[float | int], float]]:
     """Values of the members, and the error that they share, of each number of this kind in an ensemble's target."""
     scalars, nothing = _scalars(kind, members), [math.nan] * len(members)
-    chosen = (key for key, each in kinds.quantities_of(kind).items() if each.name in ensemble.of)
+    chosen = (key for key, each in kinds.result_quantities(kind).items() if each.name in ensemble.of)
     return [(scalars.get(key, nothing), scalars.get(f"{key}{SHARED_ERROR}", [0.0])[0]) for key in chosen]
 
 
@@ -174,9 +176,9 @@ def member_numbers(
     if kind.all_members and len(members) > 1:
         each = [arrays, *(_arrays(kind, member) for member in members[1:])]
         for sample in dict.fromkeys(item.sample for item in kind.ragged):
-            columns = [name for name in kinds.quantities_of(kind, sample) if any(name in one for one in each)]
+            columns = [name for name in kinds.result_quantities(kind, sample) if any(name in one for one in each)]
             for name in columns[:1]:
-                scalars[kinds.rows_of(sample)] = [len(one[name]) if name in one else 0 for one in each]
+                scalars[kinds.column_length_name(sample)] = [len(one[name]) if name in one else 0 for one in each]
             for name in () if scalars_only else columns:
                 arrays[name] = np.concatenate([one[name] for one in each if name in one])
     elif len(members) > 1 and not members[0].outcome.usable:  # an ensemble is usable without its first member
@@ -191,15 +193,17 @@ def _scalars(kind: kinds.Kind, members: Sequence[Member]) -> dict[str, list[floa
         one = next((value for value in values if value is not None), None)
         for name, key, words in _held(part) if one is not None else ():
             if not isinstance(getattr(one, name), _NO_SCALARS):
-                found[key] = [math.nan if value is None else _coded(getattr(value, name), words) for value in values]
+                found[key] = [
+                    math.nan if value is None else encode_word(getattr(value, name), words) for value in values
+                ]
     for number, member in enumerate(members):
         if member.only is not None:
-            kept = {key for key, each in kinds.quantities_of(kind).items() if each.name in member.only}
+            kept = {key for key, each in kinds.result_quantities(kind).items() if each.name in member.only}
             for key in found.keys() - kept:
                 found[key][number] = math.nan
     for key, each in _sharing(kind):
         if key in found:
-            found[f"{key}{SHARED_ERROR}"] = [_shared(key, each, members, found[key])] * len(members)
+            found[f"{key}{SHARED_ERROR}"] = [shared_member_error(key, each, members, found[key])] * len(members)
     return found
 
 
@@ -210,17 +214,17 @@ _NO_SCALARS: Final = (np.ndarray, Outcome)
 @lru_cache(maxsize=64)
 def _sharing(kind: kinds.Kind) -> list[tuple[str, Quantity]]:
     """Quantities of a kind whose means have an error that all members share."""
-    return [(key, each) for key, each in kinds.quantities_of(kind).items() if each.shared]
+    return [(key, each) for key, each in kinds.result_quantities(kind).items() if each.shared]
 
 
-def _shared(key: str, quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
+def shared_member_error(key: str, quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
     """The error of a mean that all members share; NaN where fewer than two have a value, and where it is not known."""
     having = [(member, value) for member, value in zip(members, values, strict=True) if math.isfinite(value)]
     if len(having) < 2 or any(key in member.repetitions for member, _ in having):
         return math.nan
     if quantity.shared == "nodes":
         step = math.fsum(member.node for member, _ in having) / len(having)
-        return shared_by_nodes(np.array([value for _, value in having]), step)
+        return node_error(np.array([value for _, value in having]), step)
     plateaus = [member.plateau for member, _ in having if member.plateau]
     if quantity.shared == "length":
         halves = [member.halves.get(key, math.nan) for member, _ in having]
@@ -228,7 +232,7 @@ def _shared(key: str, quantity: Quantity, members: Sequence[Member], values: Seq
     if quantity.shared == "repetition":
         return 0.0
     if quantity.shared == "events":
-        return shared_by_events(plateaus) * abs(math.fsum(value for _, value in having)) / len(having)
+        return event_drift_error(plateaus) * abs(math.fsum(value for _, value in having)) / len(having)
     return shared_error(plateaus)
 
 
@@ -272,7 +276,7 @@ def _held(part: kinds.Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
     return tuple((name, key, each.words if each else ()) for name, key, each in held)
 
 
-def _coded(value: Any, words: tuple[str, ...]) -> Any:
+def encode_word(value: Any, words: tuple[str, ...]) -> Any:
     """Encode a text as its position among the words, None as NaN; a number stays."""
     return value if not words else math.nan if value is None else words.index(value)
 
@@ -285,7 +289,7 @@ def whole_again(kind: type[PartOfResult], result: TaskResult, member: int = 0, p
     for item in fields(make):
         name = f"{prefix}{item.name}"
         if name in result.arrays:
-            held[name] = kinds.column_of(result, name, described[name].along if name in described else "", member)
+            held[name] = kinds.member_column(result, name, described[name].along if name in described else "", member)
         elif name in result.scalars:
             held[name] = result.scalars[name][member]
     return make(**{item.name: held[f"{prefix}{item.name}"] for item in fields(make)})  # type: ignore[no-any-return]
@@ -294,11 +298,11 @@ def whole_again(kind: type[PartOfResult], result: TaskResult, member: int = 0, p
 def compliance_of(task: Task, inputs: Inputs) -> Compliance:
     """The compliance that a task needs; one of a surface without ends is no task of its own."""
     stored = [inputs[key] for key in task.needs if inputs[key].kind == "compliance"]
-    return compliance_in(stored[0], task.slab) if stored else surface_compliance(task.slab)
+    return result_compliance(stored[0], task.slab) if stored else surface_compliance(task.slab)
 
 
 @lru_cache(maxsize=4)  # tasks that follow each other get the same one: the solver keeps what it computes of it
-def compliance_in(result: TaskResult, slab: Slab) -> SurfaceCompliance:
+def result_compliance(result: TaskResult, slab: Slab) -> SurfaceCompliance:
     """The compliance that a result holds."""
     return SurfaceCompliance(result.arrays[kinds.MATRIX], slab)
 
@@ -343,7 +347,7 @@ def _record(task: Task, inputs: Inputs) -> Computed:
 def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs: Inputs) -> Member:
     """Record of one member, and all numbers that follow from it. inputs: computed batches of its contacts."""
     if case.interface.contacts > 1:
-        tasks = list(kinds.batches_of(case, places))
+        tasks = list(kinds.member_batches(case, places))
         there = (whole_again(Portion, inputs[task.key]) if task.key in inputs else None for task in tasks)
         each = zip(there, tasks, strict=True)
         found = slider(case, (one or portion(case, compliance, *task.contacts, places) for one, task in each))
@@ -380,8 +384,8 @@ def numbers_of_half(record: FrictionRecord, plateau: Plateau) -> dict[str, float
     return {"peak_friction": peak, "static_excess": excess, "fluctuation": fluctuation}
 
 
-@of_the_last  # records are pulled over by one drive after the other
-def records_in(result: TaskResult) -> list[Recorded]:
+@cache_last  # records are pulled over by one drive after the other
+def member_records(result: TaskResult) -> list[Recorded]:
     """The records of all members."""
     count = len(result.scalars["plateau_mean"])
     return [
@@ -391,14 +395,14 @@ def records_in(result: TaskResult) -> list[Recorded]:
 
 
 def _path(task: Task, inputs: Inputs) -> Computed:
-    from nanoslip.solver.sliding.path import follow, line_of, loops_of, turns_of  # noqa: PLC0415  few scenes have paths
+    from nanoslip.solver.sliding.path import follow, leg_numbers, loops_of, path_line  # noqa: PLC0415  few scenes have paths
 
     compliance = compliance_of(task, inputs)
 
     def compute(case: Case, number: int) -> Member:
         path = follow(case, compliance)
         valid = Validity(path.validity_flags, contact_half_width(path.start))
-        numbers = (valid, loops_of(path), turns_of(path), line_of(path))
+        numbers = (valid, loops_of(path), leg_numbers(path), path_line(path))
         if not path.start.outcome.ok:
             return Member((), path.outcome)
         return Member(numbers, path.outcome, node=stiffness_of_node(compliance, path.start.contact))
@@ -407,7 +411,7 @@ def _path(task: Task, inputs: Inputs) -> Computed:
 
 
 def _statistics(task: Task, inputs: Inputs) -> Computed:
-    return Computed((Member(event_distributions(records_in(inputs[task.needs[0]]))),))
+    return Computed((Member(event_distributions(member_records(inputs[task.needs[0]]))),))
 
 
 def _states(task: Task, inputs: Inputs) -> Computed:
@@ -440,7 +444,7 @@ class _Pulling:
 
     def __init__(self, task: Task, inputs: Inputs) -> None:
         self.task, self.inputs, self.drive = task, inputs, drive_of(task)
-        self.records = records_in(inputs[task.needs[0]])
+        self.records = member_records(inputs[task.needs[0]])
         self.whole: list[Member] = []
         self.left_out = LeftOut("nothing", 0.0)
 
@@ -448,7 +452,7 @@ class _Pulling:
         """The motion of a member and what is measured in it."""
         if self.task.ensemble.within is not None and number == PAIRS:
             self._leave_out()
-        pulled = self.records[number] if number < len(self.records) else _slid(case, self.task, self.inputs)
+        pulled = self.records[number] if number < len(self.records) else slide_member(case, self.task, self.inputs)
         found = self._pulled(case, pulled, self.drive)
         if number < PAIRS:
             self.whole.append(found)
@@ -491,7 +495,7 @@ class _Pulling:
             steady = plateau_of(half)
             if steady.outcome.ok:
                 halves = {"critical_velocity": _critical(half, steady, drive).critical_velocity}
-        longer = bool(count.unsettled) and ended_by(motion, drive) == "duration"
+        longer = bool(count.unsettled) and ending_parameter(motion, drive) == "duration"
         outcome = coefficients.outcome.adding(Outcome(Ending.COMPLETED, count.unsettled, longer))
         values = (coefficients, fit, count, critical, motion)
         repetitions = repetitions_in(motion, count, plateau)
@@ -532,7 +536,7 @@ def _drive(task: Task, inputs: Inputs) -> Computed:
     return Computed(found)
 
 
-def _slid(case: Case, task: Task, inputs: Inputs) -> Recorded:
+def slide_member(case: Case, task: Task, inputs: Inputs) -> Recorded:
     """The record of a member that has none yet."""
     member = computed_record(case, compliance_of(task, inputs), task.ensemble, {})
     record, plateau = member.part(FrictionRecord), member.plateau

@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 
-from nanoslip.solver.outcome import UNDONE, Ending, Outcome, printable, quoted
+from nanoslip.solver.outcome import UNDONE, Ending, Outcome, printable, quote_value
 from nanoslip.study.notices import print_notice
 
 
@@ -257,7 +257,7 @@ def attempt(
     try:
         outcome = execute(task)
         if not isinstance(outcome, Outcome):
-            raise TypeError(f"it returned {quoted(outcome)}, no outcome")
+            raise TypeError(f"it returned {quote_value(outcome)}, no outcome")
     except CannotGoOnError as error:
         refused = Outcome(Ending.CRASHED, str(error))
         return Done(task.key, refused, perf_counter() - start, where, passing=True, halt=refused.message)

@@ -113,7 +113,7 @@ class Rest:
     """Finished results of other software."""
 
 
-def rest_of(
+def unfinished_tasks(
     plan: Plan,
     failures: Mapping[str, Attempt],
     finished: Mapping[str, Origins],

@@ -167,12 +167,12 @@ class Journal(Watch):
             self._notice(problem)
 
 
-def left_begun(out: Path) -> frozenset[str]:
+def interrupted_keys(out: Path) -> frozenset[str]:
     """Keys of the long tasks that a run had in hand which was killed as a whole."""
     return frozenset(word for line in files.read_lines(out / BEGUN) for word in line.split())
 
 
-def measured_in(*folders: Path) -> MeasuredTimes:
+def read_task_times(*folders: Path) -> MeasuredTimes:
     """Times of finished tasks in the journals of these folders, of runs with this software."""
     found = {run.run: run for out in dict.fromkeys(folders) for run in attempts.read_runs(out)}
     mine = (here().solver, here().nanoslip_version)

@@ -39,15 +39,17 @@ _ROUGH = ((-0.1, 0.0), (0.1, 0.0))
 
 
 def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
-    """Small tasks that run every kernel of these tasks; a drive's needs no more than `made_up`."""
+    """Small tasks that run every kernel of these tasks; a drive's needs no more than `make_record`."""
     found: dict[str, Task] = {}
-    for (*_, choices), task in {(task.kind, str(_shape(task.case)), _choices_of(task)): task for task in tasks}.items():
+    for (*_, choices), task in {
+        (task.kind, str(_shape(task.case)), compiling_choices(task)): task for task in tasks
+    }.items():
         with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
             found |= {each.key: each for each in _small(task, dict(choices))}
     return tuple(found.values())
 
 
-def _choices_of(task: Task) -> tuple[tuple[str, object], ...]:
+def compiling_choices(task: Task) -> tuple[tuple[str, object], ...]:
     """Words and switches of a task's drive, or of its case: they decide which kernels run, the numbers do not.
 
     The slab's are left out: of a compliance `_shape` has all that kernels know.
@@ -86,7 +88,7 @@ def _short(drive: Drive, case: Case) -> Task:
     return drive_task(small, replace(drive, samples=2))
 
 
-def made_up(key: str) -> TaskResult:
+def make_record(key: str) -> TaskResult:
     """A record for drives: it rises, then falls by a tenth again and again."""
     events, ramp, step = 300, 100, 1e-6
     before = step * np.minimum(np.arange(1.0, events + 1), ramp)
@@ -157,7 +159,7 @@ class WarmUp:
                         beside[0].give([WarmUp(tuple(drives), alone=True)])
 
             stack.enter_context(reporting_compilation(begin))
-            stack.enter_context(_without_collection())
+            stack.enter_context(pausing_collection())
             _compute(others, Path(folder))
             while any(agent.busy for agent in beside):
                 beside[0].arrived()
@@ -172,12 +174,12 @@ def _compute(tasks: Sequence[Task], folder: Path) -> None:
     store.prepare()
     for task in tasks:
         with suppress(Exception):  # it fails again in a task of the run, where it is reported
-            needs = {key: made_up(key) if task.drive else store.read(key) for key in task.needs}
+            needs = {key: make_record(key) if task.drive else store.read(key) for key in task.needs}
             store.write(run_task(task, needs), task.shared)
 
 
 @contextmanager
-def _without_collection() -> Iterator[None]:
+def pausing_collection() -> Iterator[None]:
     """Stop garbage collection, which takes an eighth of the time of a compiler that makes and keeps millions of objects."""
     enabled = gc.isenabled()
     gc.disable()

@@ -21,7 +21,7 @@ from nanoslip.solver.elasticity.interior import interior_fields
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide, states_at
 from nanoslip.study.plan.kinds import compliance_task, contact_task, record_task
-from nanoslip.study.results.entry import packed
+from nanoslip.study.results.entry import pack_result
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.compute import run_task
 from tests.benchmarks.dynamics import PAPER, STEP, UNIT
@@ -147,7 +147,7 @@ def _files() -> list[Row]:
             for only in (True, False):
                 task = make(CASE, scalars_only=only)
                 store.write(run_task(task, {compliance.key: compliance}))
-                size[only] = len(packed(store.read(task.key))) / 1e3
+                size[only] = len(pack_result(store.read(task.key))) / 1e3
             scalars, whole = (f"{size[only]:.1f} kB" for only in (True, False))
             ratio, target = f"{size[True] / size[False]:.2f}", verdict("≤ 10 kB", size[True] <= 10.0)
             found.append(Row(f"file of {name}, scalars only", scalars, f"{whole} (with arrays)", ratio, target))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.accuracy.effects import Influence, influences, scenes_of
+from nanoslip.study.accuracy.effects import Influence, influences, select_scenes
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.manifest import USUAL_MEMBERS
 from nanoslip.study.manifest.reader import load_manifest
@@ -25,7 +25,7 @@ HEADER: Final = ("scene", "without", "number", "change", "time")
 def influences_of(campaign: str) -> list[Influence]:
     """Influence of each effect of the first case of a campaign."""
     manifest = load_manifest(campaign_files()[campaign])
-    found, failures = influences(scenes_of(manifest, expand(manifest), 1, USUAL_MEMBERS))
+    found, failures = influences(select_scenes(manifest, expand(manifest), 1, USUAL_MEMBERS))
     assert not failures, failures
     return found
 

@@ -11,7 +11,7 @@ from scipy.linalg.lapack import dpotrf, dpotri
 from nanoslip import Case, ContactState, Slab, SurfaceCompliance, contact_state, friction_record, surface_compliance
 from nanoslip.solver.contact.kernels.events import pivot
 from nanoslip.solver.contact.kernels.state import KernelState
-from nanoslip.solver.sliding.full_contact import compiled_at
+from nanoslip.solver.sliding.full_contact import compile_state
 from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.benchmarks.table import Row, at_most, best, seconds, verdict, versus
 from tests.benchmarks.tamaas_peer import beside_tamaas
@@ -64,7 +64,7 @@ def slip_cost(case: Case, compliance: SurfaceCompliance, start: ContactState, ev
     first = replace(stretch, max_events=1)
     record = slide(stretch, compliance, start)
     whole = best(lambda: slide(stretch, compliance, start)) - best(lambda: slide(first, compliance, start))
-    state = compiled_at(case, compliance, start, whole=False).state
+    state = compile_state(case, compliance, start, whole=False).state
     entries = len(state.response)
     order = np.random.default_rng(1).permutation(entries)
     repeats = max(1, 40_000 // entries)

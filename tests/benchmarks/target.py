@@ -27,11 +27,11 @@ from nanoslip.solver.ensemble import FEWEST, Ensemble, Mean, mean_of
 from nanoslip.solver.outcome import SolverError
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.study.accuracy.effects import timed
+from nanoslip.study.accuracy.effects import measure_time
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds import KINDS, compliance_task, drive_task, quantities_of, record_task
+from nanoslip.study.plan.kinds import KINDS, compliance_task, drive_task, record_task, result_quantities
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
 from tests.written_tables import show
@@ -190,7 +190,7 @@ def _manifest(text: str) -> Manifest:
 
 def _done(task: Task, results: Mapping[str, TaskResult]) -> tuple[TaskResult, float]:
     """A task's result and seconds; its arrays are read-only, as a store gives them: kernels are compiled for that."""
-    result, seconds = timed(partial(run_task, task, {key: results[key] for key in task.needs}))
+    result, seconds = measure_time(partial(run_task, task, {key: results[key] for key in task.needs}))
     for array in result.arrays.values():
         array.setflags(write=False)
     return result, seconds
@@ -210,12 +210,12 @@ def _computed(
 
 
 def _names(result: TaskResult) -> set[str]:
-    return {each.name for each in quantities_of(KINDS[result.kind]).values()}
+    return {each.name for each in result_quantities(KINDS[result.kind]).values()}
 
 
 def _mean(name: str, result: TaskResult) -> tuple[float, float]:
     """The mean of a number, and twice its ± and what is left out of it."""
-    key = next(key for key, each in quantities_of(KINDS[result.kind]).items() if each.name == name)
+    key = next(key for key, each in result_quantities(KINDS[result.kind]).items() if each.name == name)
     mean = mean_of(np.array(result.scalars.get(key, [math.nan]), float))
     left_out = float(result.scalars.get("left_out_error", [0.0])[0])
     return float(mean.mean), 2.0 * float(mean.uncertainty) + left_out * abs(float(mean.mean))

@@ -230,7 +230,7 @@ def _pressed_rough(scheme: str, normal_load: float, rises: NDArray[np.float64]) 
     compliance = compliance_of(case.slab)
     state = initial_contact(case, compliance)
     outermost = float(np.abs(compliance.x + state.u)[state.contact].max())
-    return state, rounding_share(case, compliance.under_itself(), state.contact, outermost)
+    return state, rounding_share(case, compliance.own_displacement(), state.contact, outermost)
 
 
 @pytest.mark.parametrize("way", WAYS)

@@ -24,8 +24,8 @@ from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.expectations import need_of
-from nanoslip.study.plan.kinds import column_of
+from nanoslip.study.plan.expectations import memory_need
+from nanoslip.study.plan.kinds import member_column
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.run.compute import compliance_of, run_task
@@ -79,7 +79,7 @@ def check(text: str, folder: Path) -> str:
         plan = make_plan(load_manifest(path))
     except ManifestError as error:
         return "refused" if str(path) in str(error) else f"refused without saying where: {error}"
-    if any(need_of(task) > MEMORY for task in plan.tasks):
+    if any(memory_need(task) > MEMORY for task in plan.tasks):
         return TOO_LARGE
     results: dict[str, TaskResult] = {}
     for task in plan.tasks:
@@ -94,11 +94,11 @@ def check(text: str, folder: Path) -> str:
             compliance = compliance_of(task, results)
             case = task.ensemble.case(task.case, 0)
             record, end = slide_to_state(case, compliance)
-            np.testing.assert_array_equal(record.force_after, column_of(result, "force_after", "event"))
+            np.testing.assert_array_equal(record.force_after, member_column(result, "force_after", "event"))
             assert np.all(np.diff(record.displacement) > 0.0)
             assert_friction_law(case, record, compliance)
             if case.effects.pin_translation:  # else it is carried along in thought only
-                assert_contact_laws(end, case, compliance if case.effects.coupling else compliance.uncoupled())
+                assert_contact_laws(end, case, compliance if case.effects.coupling else compliance.decouple())
     if not results:
         return str(plan.cases[0].outcome.ending)
     return str(results[plan.tasks[-1].key].outcome.ending)

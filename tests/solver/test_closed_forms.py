@@ -79,7 +79,7 @@ def test_sliding_contacts_carry_their_load_further_back():
     for contact in (sliding_parabola(0.02, 3.0, 0.8, 0.1), sliding_punch(0.02, 0.3, 0.8, 0.1)):
         x = contact.centre + contact.half_width * np.sin(np.linspace(-np.pi / 2, np.pi / 2, 20002))
         middle = (x[1:] + x[:-1]) / 2
-        share = np.diff(contact.share_left_of(x))
+        share = np.diff(contact.load_share(x))
         assert share.sum() == pytest.approx(1.0, rel=1e-12)
         # The midpoint rule's error, and more of it beside the punch's edges.
         np.testing.assert_allclose(

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from nanoslip import solver
 from nanoslip.solver.compiled import Kernel, compiled, reporting_compilation
-from nanoslip.solver.compiling import KERNEL_FILES, called_from
+from nanoslip.solver.compiling import KERNEL_FILES, kernel_imports
 from nanoslip.solver.contact.kernels.state import first_root
-from nanoslip.solver.last import of_the_last
+from nanoslip.solver.last import cache_last
 
 PACKAGE = Path(solver.__file__).parent
 WATCHED = sorted(path for files in KERNEL_FILES for path in PACKAGE.glob(files))
@@ -143,7 +143,7 @@ def test_where_nothing_can_be_written_a_kernel_is_compiled_and_right(copy, tmp_p
 @pytest.mark.parametrize("file", WATCHED, ids=lambda file: str(file.relative_to(PACKAGE)))
 def test_all_that_a_kernel_reads_is_in_files_that_are_watched(file):
     """Functions and constants that kernels import from this package are of files whose change compiles them anew."""
-    watched = {path.relative_to(PACKAGE.parents[1]).with_suffix("") for path in called_from(file.parent)}
+    watched = {path.relative_to(PACKAGE.parents[1]).with_suffix("") for path in kernel_imports(file.parent)}
     names = {".".join(path.parts) for path in watched}
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
         if isinstance(node, ast.ImportFrom) and str(node.module).startswith("nanoslip"):
@@ -232,7 +232,7 @@ def test_an_interrupt_while_a_kernel_runs_is_an_interrupt():
 def test_the_very_same_value_is_answered_once_and_an_equal_one_again():
     asked = []
 
-    @of_the_last
+    @cache_last
     def total(numbers):
         asked.append(numbers)
         return sum(numbers)

@@ -100,7 +100,7 @@ def test_slips_that_decide_the_contact_stay_within_the_first_window(scheme, pois
     state = initial_contact(case, compliance)
     assert (state.outcome.ok, len(windows)) == (True, 1)
     assert len(windows[0]) < 257
-    monkeypatch.setattr(initial, "expected_half_width", lambda _: 1.0)
+    monkeypatch.setattr(initial, "estimate_half_width", lambda _: 1.0)
     everywhere = initial_contact(case, compliance)
     assert np.array_equal(everywhere.contact, state.contact)
     # A wider tableau is inverted with other rounding; slips multiply it, as they do an error of any kind.
@@ -172,7 +172,7 @@ def test_half_the_compliance_or_a_quarter_is_all_that_is_read(case, unread, monk
 @pytest.mark.parametrize("residual_shear", [0.0, 1.0])
 def test_without_coupling_every_first_touch_is_the_same(way, residual_shear):
     """The full solvers agree with the normal problem alone when they are given an uncoupled compliance."""
-    zero, alone = COMPLIANCE.uncoupled(), initial_contact(UNCOUPLED, COMPLIANCE)
+    zero, alone = COMPLIANCE.decouple(), initial_contact(UNCOUPLED, COMPLIANCE)
     whole = initial_contact(replace(CASE, initial_contact=way, slip_rule=SlipRule(residual_shear=residual_shear)), zero)
     assert_contact_laws(alone, UNCOUPLED, zero)
     # 1e-9: raised event by event, the load gathers the rounding of some hundred steps.
@@ -205,9 +205,9 @@ def test_held_frictionless_the_contact_is_that_without_friction_bit_by_bit(monke
 @pytest.mark.parametrize("start", [0.0, 0.3])
 def test_stuck_sets_that_were_looked_through_before_are_found_again_without_new_factors(start):
     case, own = replace(CASE, start=start), SurfaceCompliance(COMPLIANCE.matrix.copy(), SLAB)  # which may change
-    normal._system_before.cache_clear()
+    normal.previous_system.cache_clear()
     found = [normal.normal_contact(case, compliance, stuck=True) for compliance in (COMPLIANCE, COMPLIANCE, own)]
-    seen = normal._system_before.cache_info()
+    seen = normal.previous_system.cache_info()
     assert seen.misses == seen.hits > 0
     for again in found[1:]:
         np.testing.assert_array_equal(again.contact, found[0].contact)

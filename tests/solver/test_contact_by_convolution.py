@@ -15,7 +15,7 @@ from nanoslip.solver.contact import convolved, normal
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
 from nanoslip.solver.contact.convolved import pressed
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import make_pin, surface_from_pin
 from nanoslip.solver.elasticity.compliance import EndlessCompliance, SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
@@ -92,10 +92,10 @@ def test_equilibrium_and_complementarity_on_thirty_thousand_nodes(pin):
     assert not force[~state.contact].any()
     np.testing.assert_allclose(state.w, compliance.convolution.w(-force), rtol=0.0, atol=1e-12 * load)
     np.testing.assert_allclose(state.u, compliance.convolution.u(-force), rtol=0.0, atol=1e-12 * load)
-    on_the_pin = (state.w + state.approach - pin_of(case).height(place + state.u))[state.contact]
+    on_the_pin = (state.w + state.approach - make_pin(case).height(place + state.u))[state.contact]
     np.testing.assert_allclose(on_the_pin, 0.0, atol=1e-12 * load)
     # A node beside a punch is never under it, even where it has moved there.
-    assert state.gap[np.abs(place) <= pin_of(case).half_width].min() >= -1e-12 * load
+    assert state.gap[np.abs(place) <= make_pin(case).half_width].min() >= -1e-12 * load
 
 
 def from_hertz(n_x, start):
@@ -136,7 +136,7 @@ def energy(convolution, heights, force):
 def test_the_contact_has_the_least_energy_of_all_that_push_with_the_load():
     """Moving some of the load to other nodes, in contact or not, costs energy."""
     case = case_of(257, **rough(3e-5))
-    body = surface_compliance(case.slab).convolution, pin_of(case).face(surface_from_pin(case))
+    body = surface_compliance(case.slab).convolution, make_pin(case).face(surface_from_pin(case))
     force, generator = -convolved_contact(case).nodal_force[1], np.random.default_rng(5)
     for _ in range(20):
         other = np.where(generator.random(257) < 0.1, generator.random(257), 0.0)

@@ -16,7 +16,7 @@ from nanoslip.solver.parameter import quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import power_law, sizes
 from nanoslip.solver.sliding.plateau import plateau_of
-from nanoslip.solver.sliding.power_law import fitted_power_law, power_law_sizes, sorted_sizes
+from nanoslip.solver.sliding.power_law import find_power_law, power_law_sizes, sorted_sizes
 from nanoslip.solver.sliding.sizes import event_distributions, event_sizes, pooled, rank_correlation, size_distribution
 from nanoslip.solver.sliding.slide import slide
 from tests.synthetic import LOAD, noisy_record, record_from
@@ -74,7 +74,7 @@ def test_correlations_are_spearmans():
 @EVERY_LAW
 def test_the_exponent_of_the_sample_is_found(discrete, exponent, cutoff):
     """Over 60 samples within the standard error of independent sizes; choosing the cut-off adds to it, a third was seen."""
-    laws = [fitted_power_law(sample(discrete, exponent, cutoff, 1000, seed)) for seed in range(60)]
+    laws = [find_power_law(sample(discrete, exponent, cutoff, 1000, seed)) for seed in range(60)]
     off = [(law.exponent - exponent) / error_of(law) for law in laws]
     assert abs(np.mean(off)) < 0.6  # 60 samples: 0.13 of chance; the chosen cut-off leans to flatter or steeper tails
     assert 0.7 < np.std(off) < 2.0
@@ -86,7 +86,7 @@ def test_the_cutoff_is_found_where_sizes_below_it_are_otherwise(discrete):
     rng = np.random.default_rng(3)
     low = rng.integers(1, 20, 3000).astype(float) if discrete else rng.uniform(1.0, 20.0, 3000)
     drawn = np.concatenate((low, power_law_sizes(rng, 3000, 2.2, 20.0, discrete)))
-    law = fitted_power_law(sorted_sizes(drawn, discrete))
+    law = find_power_law(sorted_sizes(drawn, discrete))
     assert 17.0 < law.cutoff < 30.0
     assert abs(law.exponent - 2.2) < 3.0 * error_of(law)
 
@@ -102,7 +102,7 @@ def peer(values, law):
 def test_fits_agree_with_the_package_powerlaw(discrete, exponent, cutoff):
     """Exponents to the tolerance of its optimizer, distances to one size (it compares at each size alone)."""
     drawn = sample(discrete, exponent, cutoff, 2000, 11)
-    law = fitted_power_law(drawn)
+    law = find_power_law(drawn)
     other = peer(drawn, law).power_law
     assert law.exponent == pytest.approx(other.alpha, abs=2e-4)
     assert law.distance == pytest.approx(other.D, abs=1.0 / law.tail)
@@ -122,7 +122,7 @@ def test_drawn_whole_sizes_have_the_laws_shares(exponent, cutoff):
 
 
 def goodness(drawn, draws=40):
-    return power_law.goodness_of_fit(drawn, fitted_power_law(drawn), draws)
+    return power_law.goodness_of_fit(drawn, find_power_law(drawn), draws)
 
 
 @pytest.mark.slow
@@ -136,7 +136,7 @@ def test_power_laws_are_not_refused_more_often_than_chance_does(discrete):
 
 def test_exponential_sizes_are_refused_where_no_cutoff_hides_them():
     drawn = sorted_sizes(1.0 + np.random.default_rng(4).exponential(1.0, 5000), False)
-    assert goodness(drawn) < 0.1 or fitted_power_law(drawn).tail < 500  # a tail of a few hundred may pass
+    assert goodness(drawn) < 0.1 or find_power_law(drawn).tail < 500  # a tail of a few hundred may pass
 
 
 @BOTH
@@ -254,7 +254,7 @@ def test_the_uncertainty_of_an_exponent_holds_in_68_of_100(members, discrete, re
     for seed in range(200):
         rng = np.random.default_rng([seed, members])
         drawn = [np.repeat(power_law_sizes(rng, 200, 1.8, 1.0, discrete), repeated) for _ in range(members)]
-        law = fitted_power_law(sorted_sizes(np.concatenate(drawn), discrete))
+        law = find_power_law(sorted_sizes(np.concatenate(drawn), discrete))
         exponent, uncertainty, _ = sizes.exponent_over_members(drawn, law.exponent, discrete)
         held += abs(exponent - 1.8) <= uncertainty
     assert LEVEL - 0.1 < held / 200 < LEVEL + 0.16

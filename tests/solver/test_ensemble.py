@@ -9,7 +9,7 @@ import pytest
 import scipy
 
 from nanoslip.solver.case import LEAST_APART, Case, Heterogeneity, SlipRule
-from nanoslip.solver.contact.pin import expected_half_width
+from nanoslip.solver.contact.pin import estimate_half_width
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES, SPARED
 from nanoslip.solver.ensemble import (
@@ -17,10 +17,10 @@ from nanoslip.solver.ensemble import (
     LEVEL,
     Ensemble,
     chance_of,
-    change_by,
     elsewhere,
     jackknife,
     mean_of,
+    omission_error,
 )
 from nanoslip.solver.slab import Slab
 
@@ -133,7 +133,7 @@ def test_an_error_that_members_share_is_a_part_of_the_mean_s():
     alone, both = mean_of(values).uncertainty, mean_of(values, np.array([0.0, 3.0])).uncertainty
     np.testing.assert_allclose(both, np.hypot(alone, [0.0, 3.0]), rtol=1e-15)
     target = Ensemble(4, within=1.0)
-    assert (target.within_target(values[0]), target.within_target(values[0], 3.0)) == (True, False)
+    assert (target.meets_target(values[0]), target.meets_target(values[0], 3.0)) == (True, False)
 
 
 @pytest.mark.parametrize(("there", "members"), [(1, 1), (2, 2), (3, 6), (4, 8), (1, 2), (2, 3), (3, 7), (3, 8)])
@@ -155,17 +155,17 @@ def test_members_are_doubled_until_the_target_is_reached():
     assert list(Ensemble(8).sizes()) == [8]
     aimed = Ensemble(20, 0.01, ("plateau_mean",))
     assert list(aimed.sizes()) == [FEWEST, 6, 12, 20]
-    assert not aimed.within_target([1.0, 1.007, 0.993])  # ± is 0.0053, twice of it more than 0.01
-    assert aimed.within_target([1.0, 1.006, 0.994])
-    assert not aimed.within_target([math.nan] * 3)
-    assert not Ensemble(8).within_target([1.0] * 8)
+    assert not aimed.meets_target([1.0, 1.007, 0.993])  # ± is 0.0053, twice of it more than 0.01
+    assert aimed.meets_target([1.0, 1.006, 0.994])
+    assert not aimed.meets_target([math.nan] * 3)
+    assert not Ensemble(8).meets_target([1.0] * 8)
 
 
 def test_a_target_holds_for_the_tasks_that_yield_its_variables():
     aimed = Ensemble(20, 0.01, ("plateau_mean", "kinetic_friction"))
-    assert aimed.for_observables(["plateau_mean", "mean_step"]) == Ensemble(20, 0.01, ("plateau_mean",))
-    assert aimed.for_observables(["contact_half_width"]) == Ensemble(FEWEST)
-    assert Ensemble(8).for_observables([]) == Ensemble(8)
+    assert aimed.select_observables(["plateau_mean", "mean_step"]) == Ensemble(20, 0.01, ("plateau_mean",))
+    assert aimed.select_observables(["contact_half_width"]) == Ensemble(FEWEST)
+    assert Ensemble(8).select_observables([]) == Ensemble(8)
 
 
 def test_the_jackknife_of_a_mean_is_its_uncertainty():
@@ -227,7 +227,7 @@ def test_a_ball_in_plane_strain_has_as_many_nodes_across(ball, cylinder):
     case = Case(slab=Slab(33, scheme=ball), start_y=0.25)
     without = effect.without(case)
     assert (without.slab.scheme.name, without.slab.spacing, without.start_y) == (cylinder, case.slab.spacing, 0.0)
-    assert (without.radius, expected_half_width(without)) == (case.radius, pytest.approx(expected_half_width(case)))
+    assert (without.radius, estimate_half_width(without)) == (case.radius, pytest.approx(estimate_half_width(case)))
 
 
 @pytest.mark.parametrize("effect", OF_DRIVES, ids=lambda effect: effect.name)
@@ -246,13 +246,13 @@ def test_coarse_teeth_are_teeth_and_no_teeth_are_not_fine():
 def test_a_change_is_known_better_than_what_it_is_a_change_of():
     """Members that differ by 10 %, each changed by 1 % of the mean: the change is 1 %, without any ±."""
     whole, changes = [1.0, 0.9, 1.1], np.array([0.01, 0.02, 0.03])
-    assert change_by([each + 0.01 for each in whole], whole) == pytest.approx(0.01, rel=1e-12)
+    assert omission_error([each + 0.01 for each in whole], whole) == pytest.approx(0.01, rel=1e-12)
     expected = 0.02 + 2.0 * float(mean_of(changes).uncertainty)
-    assert change_by(changes + whole, whole) == pytest.approx(expected, rel=1e-12)
+    assert omission_error(changes + whole, whole) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize(
     ("without", "whole"), [([1.0, np.nan], [1.0, 1.0]), ([1.0, 1.0], [1.0, np.nan]), ([0.1, 0.0], [0.1, -0.1])]
 )
 def test_a_change_that_nobody_knows_is_never_allowed(without, whole):
-    assert change_by(without, whole) == np.inf
+    assert omission_error(without, whole) == np.inf

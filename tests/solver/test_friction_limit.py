@@ -15,8 +15,8 @@ from nanoslip.solver.dynamics.friction_limit import (
     coarse,
     friction_limit_of,
     linear,
+    merge_teeth,
     sawtooth,
-    taken_together,
 )
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import InvalidInput
@@ -127,7 +127,7 @@ def random_teeth(seed: int, count: int = 500) -> Teeth:
 def test_mean_and_highest_force_of_each_stretch_stay(seed: int, shortest: float):
     """By the integral of the old teeth over each new one; forces here are too high for a tooth to begin below zero."""
     old, stays = random_teeth(seed), 123
-    new, place = taken_together(old, stays, shortest)
+    new, place = merge_teeth(old, stays, shortest)
     assert new.edges[place] == old.edges[stays]
     assert set(new.edges) <= set(old.edges)
     assert (new.edges[0], new.edges[-1]) == (old.edges[0], old.edges[-1])
@@ -143,7 +143,7 @@ def test_mean_and_highest_force_of_each_stretch_stay(seed: int, shortest: float)
 
 def test_a_tooth_by_itself_stays_as_it_is():
     old = random_teeth(9)
-    new, place = taken_together(old, 123, 1e-9)
+    new, place = merge_teeth(old, 123, 1e-9)
     assert place == 123
     for name in ("edges", "start", "end"):
         assert np.array_equal(getattr(new, name), getattr(old, name))
@@ -152,7 +152,7 @@ def test_a_tooth_by_itself_stays_as_it_is():
 def test_no_tooth_begins_below_zero():
     """A single high tooth among low ones: the mean is kept, its height is not."""
     old = Teeth(np.arange(101.0), np.zeros(100), np.where(np.arange(100) == 50, 1.0, 0.01))
-    new, _ = taken_together(old, 50, 1000.0)
+    new, _ = merge_teeth(old, 50, 1000.0)
     assert np.all(new.start >= 0.0)
     assert np.sum(np.diff(new.edges) * (new.start + new.end)) == pytest.approx(np.sum(old.end), rel=1e-13)
 

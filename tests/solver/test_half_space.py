@@ -16,7 +16,7 @@ from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.full_contact import compiled_at
+from nanoslip.solver.sliding.full_contact import compile_state
 from nanoslip.solver.sliding.interface import batches
 from nanoslip.solver.sliding.path import follow
 from nanoslip.solver.sliding.slide import slide, slide_to_state
@@ -47,7 +47,7 @@ def test_the_equilibrium_residual_is_that_of_the_matrix_though_none_is_kept(sche
     for n_x in (9, 17):
         case = Case(slab=Slab(n_x, scheme=scheme), radius=R, normal_load=1.2e-3 if n_x == 9 else 1e-4, **OFF)
         compliance = surface_compliance(case.slab)
-        compiled = compiled_at(case, compliance, touched(case), whole=n_x == 9)
+        compiled = compile_state(case, compliance, touched(case), whole=n_x == 9)
         state, nodes = compiled.state, len(compiled.window)
         assert equilibrium_residual(state) < RESIDUAL_LIMIT
         state.response[:] = np.random.default_rng(1).standard_normal(2 * nodes + 1)

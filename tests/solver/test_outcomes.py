@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity, SlipRule
-from nanoslip.solver.contact.compiled_contact import answer_violations, compiled_contact, corrected_for_rounding
+from nanoslip.solver.contact.compiled_contact import answer_violations, compiled_contact, correct_rounding
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, Stop, equilibrium_residual, refresh_response
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP, advise, energy_created
@@ -162,7 +162,7 @@ def test_what_is_no_number_is_a_residual_and_ends_a_cascade(one_node, entry, val
 def test_inputs_that_are_no_numbers_cannot_be_corrected(one_node):
     one_node.state.inputs[4] = np.nan
     for_python(refresh_response)(one_node.state)
-    assert OUTCOME_OF_STOP[corrected_for_rounding(one_node, Stop.DONE)].ending is Ending.ROUNDING
+    assert OUTCOME_OF_STOP[correct_rounding(one_node, Stop.DONE)].ending is Ending.ROUNDING
 
 
 def test_a_contact_that_bears_nothing_has_an_infinite_residual(one_node):

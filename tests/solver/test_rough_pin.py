@@ -9,22 +9,22 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from nanoslip.solver.case import Case, Distribution, Effects, Heterogeneity, InitialContact, SlipRule, image_of
-from nanoslip.solver.contact.compiled_contact import beyond_window, state_of, within_reach
+from nanoslip.solver.case import Case, Distribution, Effects, Heterogeneity, InitialContact, SlipRule, make_image
+from nanoslip.solver.contact.compiled_contact import contact_value, has_node_beyond_window, nodes_in_reach
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.path import follow_path
 from nanoslip.solver.contact.kernels.state import Rise, Stop, slip_on_rough
-from nanoslip.solver.contact.pin import node_friction, pin_of, roughness_slopes
+from nanoslip.solver.contact.pin import make_pin, node_friction, roughness_slopes
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import full_contact
-from nanoslip.solver.sliding.full_contact import compiled_at, slide_full_contact
+from nanoslip.solver.sliding.full_contact import compile_state, slide_full_contact
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide, slide_to_state
-from nanoslip.solver.sliding.validity import Flag, contact_flags, expected_flags
-from nanoslip.solver.sliding.way import Way, first_of, first_room
+from nanoslip.solver.sliding.validity import Flag, contact_flags, predict_flags
+from nanoslip.solver.sliding.way import Way, allocate_events, first_room
 from tests.conftest import for_python
 from tests.physics import assert_contact_laws
 
@@ -85,7 +85,7 @@ def test_what_is_no_roughness_is_a_smooth_pin(pin, radius, events, off, slip_ord
 def test_a_node_rests_where_its_shear_is_first_gone():
     """By brute force: |shear| falls through residual_shear·μ_i·pressure nowhere before the distance that the kernel finds."""
     points = random_profile(2e-4, 601)
-    height = pin_of(rough(points)).height
+    height = make_pin(rough(points)).height
     knots, heights = np.ascontiguousarray(np.array(points).T)
     rise = Rise(knots, heights[None], np.zeros(1, np.int64))
     rng, bent, slip = np.random.default_rng(5), 0, for_python(slip_on_rough)
@@ -106,7 +106,7 @@ def test_a_node_rests_where_its_shear_is_first_gone():
 
 def test_the_slope_is_that_of_the_height_and_the_steepest_of_stretches_the_largest_of_what_lies_in_them():
     """By brute force at 20 001 places of each stretch: none is steeper than what is found, and the steepest is as steep."""
-    pin = pin_of(rough(random_profile(1e-4)))
+    pin = make_pin(rough(random_profile(1e-4)))
     xi = np.linspace(-0.7, 0.7, 998)  # none of them a knot
     np.testing.assert_allclose(pin.slope(xi), (pin.height(xi + 1e-9) - pin.height(xi - 1e-9)) / 2e-9, atol=1e-6)
     left = np.random.default_rng(7).uniform(-0.7, 0.6, 5)
@@ -116,7 +116,7 @@ def test_the_slope_is_that_of_the_height_and_the_steepest_of_stretches_the_large
         # How far the nearest place may be.
         assert brute * (1 - 1e-12) <= pin.steepest(left[one], right[one]) <= brute + 0.3 / 20_000 * pin.curvature
     assert pin.steepest(left[:1], right[:1]) == 0.0  # nothing lies in it
-    assert pin_of(CASE).steepest(np.array([0.1]), np.array([0.2])) == pytest.approx(0.2 / CASE.radius)
+    assert make_pin(CASE).steepest(np.array([0.1]), np.array([0.2])) == pytest.approx(0.2 / CASE.radius)
 
 
 def wall(at, height=2e-5, **changes):
@@ -130,7 +130,7 @@ def test_a_wall_between_two_nodes_under_the_contact_is_a_steep_pin(way):
     state = initial_contact(case, COMPLIANCE)
     places = COMPLIANCE.x + state.u
     assert state.contact[np.searchsorted(places, -0.05) - 1 :][:2].all()  # both of its neighbours touch
-    assert np.abs(pin_of(case).slope(places)[state.contact]).max() < 0.1  # which do not stand on it
+    assert np.abs(make_pin(case).slope(places)[state.contact]).max() < 0.1  # which do not stand on it
     assert state.outcome.ending is Ending.STEEP_PIN
     assert not len(slide(case, COMPLIANCE).displacement)
 
@@ -198,16 +198,16 @@ def random_scene(seed):
 def test_no_node_beyond_the_window_ever_lies_inside_a_rough_pin(seed):
     """Looked at after every tenth event, all along the record."""
     case, compliance = random_scene(seed)
-    compiled = compiled_at(case, compliance, initial_contact(case, compliance), whole=False)
+    compiled = compile_state(case, compliance, initial_contact(case, compliance), whole=False)
     events, node_slips, held = first_room(case.max_events), np.zeros(case.slab.n_x, np.int64), 0
     status = Stop.FULL
     while held < len(events.displacement) and status in (Stop.FULL, Stop.WINDOW_TOO_NARROW):
-        room = first_of(events, min(held + 10, len(events.displacement)))
+        room = allocate_events(events, min(held + 10, len(events.displacement)))
         status, held = follow_path(compiled.state, compiled.constants, room, node_slips, held, np.inf)
-        state = state_of(compiled, COMPLETED)
-        assert not beyond_window(compiled, state)
+        state = contact_value(compiled, COMPLETED)
+        assert not has_node_beyond_window(compiled, state)
         if status == Stop.WINDOW_TOO_NARROW:
-            compiled = compiled_at(case, compliance, state, whole=False)
+            compiled = compile_state(case, compliance, state, whole=False)
 
 
 @pytest.mark.parametrize("seed", [0, 3, 6])
@@ -216,7 +216,7 @@ def test_a_rough_pin_slides_within_windows_as_on_the_whole_surface(seed, monkeyp
     case, compliance = random_scene(seed)
     start = initial_contact(case, compliance)
     found = slide_full_contact(case, start, compliance, Way(case.normal_load)).record
-    monkeypatch.setattr(full_contact, "within_reach", lambda *_: np.ones(case.slab.n_x, np.bool_))
+    monkeypatch.setattr(full_contact, "nodes_in_reach", lambda *_: np.ones(case.slab.n_x, np.bool_))
     whole = slide_full_contact(case, start, compliance, Way(case.normal_load)).record
     np.testing.assert_array_equal(found.node, whole.node)
     np.testing.assert_array_equal(found.slips, whole.slips)
@@ -228,10 +228,10 @@ def test_windows_that_do_not_last_give_way_to_the_whole_surface(monkeypatch):
     (case, compliance), windows = random_scene(79), []
 
     def seen(*given):
-        windows.append((compiled := compiled_at(*given)).window)
+        windows.append((compiled := compile_state(*given)).window)
         return compiled
 
-    monkeypatch.setattr(full_contact, "compiled_at", seen)
+    monkeypatch.setattr(full_contact, "compile_state", seen)
     record = slide_full_contact(case, initial_contact(case, compliance), compliance, Way(case.normal_load)).record
     assert len(record.displacement) == case.max_events
     assert len(windows[0]) < 65 == len(windows[-1])
@@ -243,7 +243,7 @@ def test_a_slightly_rough_pin_is_not_followed_by_all_of_a_fine_slab():
     smooth, widths = Case(slab=Slab(n_x=513), radius=10.0), []
     compliance = surface_compliance(smooth.slab)
     for case in (rough(random_profile(1e-7, 401, seed=1), smooth), smooth):
-        window = compiled_at(case, compliance, initial_contact(case, compliance), whole=False).window
+        window = compile_state(case, compliance, initial_contact(case, compliance), whole=False).window
         widths.append(len(window))
     assert widths[0] < 2 * widths[1] < 513 / 3
 
@@ -252,20 +252,20 @@ def test_a_pin_that_touches_in_spots_is_followed_everywhere():
     """The surface between its tips and beyond may tilt anyhow when one of them gives way."""
     case = rough(((-1.0, 0.0), (1.0, 1e-9)), Case(slab=Slab(n_x=65)))
     level, spots = np.zeros(65), np.isin(np.arange(65), [20, 30, 31, 44])
-    assert within_reach(case, spots, level, level).all()
-    assert not within_reach(case, np.abs(np.arange(65) - 32) < 4, level, level).all()
+    assert nodes_in_reach(case, spots, level, level).all()
+    assert not nodes_in_reach(case, np.abs(np.arange(65) - 32) < 4, level, level).all()
 
 
 @pytest.mark.parametrize("distance", [1e-4, 0.02, 0.3])
 def test_a_profile_within_a_distance_is_nowhere_below_its_bounds(distance):
     """By brute force at 2001 places around each of 50; far from the bounds it is not either."""
-    pin = pin_of(random_scene(1)[0])
+    pin = make_pin(random_scene(1)[0])
     xi = np.random.default_rng(2).uniform(-1.4, 1.4, 50)
     around = xi[:, None] + distance * np.linspace(-1.0, 1.0, 2001)
-    lowest, smooth = pin.lowest_within(xi, distance), 0.5 * pin.curvature * around**2
+    lowest, smooth = pin.lower_bound(xi, distance), 0.5 * pin.curvature * around**2
     roughness, rounding = pin.height(around) - smooth, 1e-15 * pin.height(around).max()
     assert (lowest <= pin.height(around).min(axis=1) + rounding).all()
-    assert (np.ptp(roughness, axis=1) <= 2.0 * pin.fall_within(distance) + rounding).all()
+    assert (np.ptp(roughness, axis=1) <= 2.0 * pin.largest_fall(distance) + rounding).all()
     assert (lowest >= smooth.min(axis=1) - np.ptp(roughness) + roughness.min() - rounding).all()
 
 
@@ -313,16 +313,16 @@ def test_every_node_obeys_its_own_limit(residual_shear):
 def test_slopes_that_nodes_miss_are_those_of_what_is_left_between_them():
     """Of waves of length λ straight lines a spacing apart leave k·spacing/√12 of the slope, if short; of knots all."""
     xi = np.linspace(-0.5, 0.5, 20_001)
-    waves = image_of(profile(xi, 1e-5 * np.sin(2.0 * np.pi * xi / 0.1)))
+    waves = make_image(profile(xi, 1e-5 * np.sin(2.0 * np.pi * xi / 0.1)))
     slope, missed = roughness_slopes(waves, 1e-3)
     assert slope == pytest.approx(1e-5 * 2.0 * np.pi / 0.1 / np.sqrt(2.0), rel=1e-3)
     assert missed / slope == pytest.approx(2.0 * np.pi / 0.1 * 1e-3 / np.sqrt(12.0), rel=1e-2)
     assert roughness_slopes(waves, 1.0)[1] == pytest.approx(slope, rel=1e-2)
-    knots = image_of(random_profile(1e-5, 4801))
+    knots = make_image(random_profile(1e-5, 4801))
     assert roughness_slopes(knots, 1.0 / 64.0)[1] == pytest.approx(roughness_slopes(knots, 1.0 / 64.0)[0], rel=0.02)
     assert roughness_slopes(knots, 1.2 / 4800.0)[1] < 1e-6 * roughness_slopes(knots, 1.0)[0]
-    assert roughness_slopes(image_of(()), 0.1) == (0.0, 0.0)
-    wide = image_of(((-1e6, 0.0), (0.0, 1.0), (1e6, 0.0)))  # of 10^13 nodes three cells have a knot
+    assert roughness_slopes(make_image(()), 0.1) == (0.0, 0.0)
+    wide = make_image(((-1e6, 0.0), (0.0, 1.0), (1e6, 0.0)))  # of 10^13 nodes three cells have a knot
     assert roughness_slopes(wide, 2e-7)[1] < 1e-6 * roughness_slopes(wide, 2e-7)[0]
 
 
@@ -332,11 +332,11 @@ def test_a_profile_that_nodes_miss_is_flagged_before_and_after(n_x):
     coarse = rough(
         random_profile(2e-7, 601), replace(CASE, slab=Slab(n_x, scheme="strip")), max_events=None, max_presliding=3.0
     )
-    assert Flag.unresolved_roughness in expected_flags(coarse)
+    assert Flag.unresolved_roughness in predict_flags(coarse)
     start = initial_contact(coarse, surface_compliance(coarse.slab))
     assert Flag.unresolved_roughness in contact_flags(coarse, start)
-    assert Flag.unresolved_roughness not in expected_flags(replace(coarse, slab=Slab(2049, scheme="strip")))
-    assert Flag.unresolved_roughness not in expected_flags(
+    assert Flag.unresolved_roughness not in predict_flags(replace(coarse, slab=Slab(2049, scheme="strip")))
+    assert Flag.unresolved_roughness not in predict_flags(
         replace(coarse, radius=1e-3 * coarse.radius)
     )  # its slope is not felt
 
@@ -356,6 +356,6 @@ def test_a_profile_that_nodes_miss_rubs_less():
 
 def test_a_profile_shorter_than_the_contact_is_flagged():
     case = rough(profile(np.linspace(-0.05, 0.05, 11), np.zeros(11)), replace(CASE, slab=Slab(65, scheme="strip")))
-    assert Flag.short_profile in expected_flags(case)
+    assert Flag.short_profile in predict_flags(case)
     wide = profile(np.linspace(-0.5, 0.5, 11), np.zeros(11))
-    assert Flag.short_profile not in expected_flags(replace(case, heterogeneity=Heterogeneity(roughness=wide)))
+    assert Flag.short_profile not in predict_flags(replace(case, heterogeneity=Heterogeneity(roughness=wide)))

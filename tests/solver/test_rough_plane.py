@@ -8,21 +8,21 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity, InitialContact, SlipRule
-from nanoslip.solver.contact.compiled_contact import beyond_window, state_of
+from nanoslip.solver.contact.compiled_contact import contact_value, has_node_beyond_window
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.path import follow_path
 from nanoslip.solver.contact.kernels.state import Stop
-from nanoslip.solver.contact.pin import pin_of
+from nanoslip.solver.contact.pin import make_pin
 from nanoslip.solver.effects import OF_CASES
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble, elsewhere
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import full_contact
-from nanoslip.solver.sliding.full_contact import compiled_at, slide_full_contact
+from nanoslip.solver.sliding.full_contact import compile_state, slide_full_contact
 from nanoslip.solver.sliding.slide import slide, slide_to_state
-from nanoslip.solver.sliding.validity import Flag, expected_flags, lawfulness
-from nanoslip.solver.sliding.way import Way, first_of, first_room
+from nanoslip.solver.sliding.validity import Flag, lawfulness, predict_flags
+from nanoslip.solver.sliding.way import Way, allocate_events, first_room
 from tests.hard_cases.following import follow
 from tests.physics import assert_contact_laws
 
@@ -79,13 +79,13 @@ def test_each_row_of_nodes_has_the_profile_at_its_own_y():
     """Of grooves along y that of plane strain, to the bit; else between lines of the image, and the outermost beyond."""
     xi, y = np.linspace(-0.6, 0.6, 31), np.linspace(-0.3, 0.3, 5)
     grooves = 1e-4 * np.random.default_rng(1).standard_normal(31)
-    profile = pin_of(
+    profile = make_pin(
         Case(heterogeneity=Heterogeneity(roughness=tuple(zip(xi.tolist(), grooves.tolist(), strict=True))))
     )
-    alike = pin_of(rough(points_of(xi, y, np.repeat(grooves[:, None], 5, axis=1))))
+    alike = make_pin(rough(points_of(xi, y, np.repeat(grooves[:, None], 5, axis=1))))
     np.testing.assert_array_equal(alike.rises, np.repeat(profile.rises, 17, axis=0))
     case = rough(points_of(xi, y, grooves[:, None] * [0.0, 1.0, 3.0, 1.0, 5.0]))
-    found = pin_of(case).rises / grooves
+    found = make_pin(case).rises / grooves
     rows = np.linspace(-0.5, 0.5, 17) - 0.21 / 16
     np.testing.assert_allclose(found, np.repeat(np.interp(rows, y, [0.0, 1.0, 3.0, 1.0, 5.0])[:, None], 31, axis=1))
 
@@ -168,18 +168,18 @@ def test_no_node_beyond_the_window_ever_lies_inside_a_rough_ball(seed):
     start = initial_contact(case, compliance)
     if not start.outcome.ok:
         return
-    compiled, held, status = compiled_at(case, compliance, start, whole=False), 0, Stop.FULL
+    compiled, held, status = compile_state(case, compliance, start, whole=False), 0, Stop.FULL
     events = first_room(case.max_events)
     while held < len(events.displacement) and status in (Stop.FULL, Stop.WINDOW_TOO_NARROW):
         room, slips = (
-            first_of(events, min(held + 20, len(events.displacement))),
+            allocate_events(events, min(held + 20, len(events.displacement))),
             np.zeros(len(compiled.window), np.int64),
         )
         status, held = follow_path(compiled.state, compiled.constants, room, slips, held, np.inf)
-        state = state_of(compiled, COMPLETED)
-        assert not beyond_window(compiled, state)
+        state = contact_value(compiled, COMPLETED)
+        assert not has_node_beyond_window(compiled, state)
         if status == Stop.WINDOW_TOO_NARROW:
-            compiled = compiled_at(case, compliance, state, whole=False)
+            compiled = compile_state(case, compliance, state, whole=False)
 
 
 @pytest.mark.everyday(1)
@@ -191,14 +191,14 @@ def test_a_rough_ball_slides_within_windows_as_on_the_whole_plane(height, monkey
     start = initial_contact(case, compliance)
 
     def seen(*given):
-        windows.append((compiled := compiled_at(*given)).window)
+        windows.append((compiled := compile_state(*given)).window)
         return compiled
 
-    monkeypatch.setattr(full_contact, "compiled_at", seen)
+    monkeypatch.setattr(full_contact, "compile_state", seen)
     found = slide_full_contact(case, start, compliance, Way(case.normal_load)).record
     assert len(windows) > 1
     assert len(windows[0]) < case.slab.nodes
-    monkeypatch.setattr(full_contact, "within_reach", lambda *_: np.ones(case.slab.nodes, np.bool_))
+    monkeypatch.setattr(full_contact, "nodes_in_reach", lambda *_: np.ones(case.slab.nodes, np.bool_))
     whole = slide_full_contact(case, start, compliance, Way(case.normal_load)).record
     np.testing.assert_array_equal(found.node, whole.node)
     np.testing.assert_array_equal(found.slips, whole.slips)
@@ -208,10 +208,10 @@ def test_a_rough_ball_slides_within_windows_as_on_the_whole_plane(height, monkey
 @pytest.mark.parametrize("distance", [1e-4, 0.02, 0.3])
 def test_an_image_within_a_distance_is_nowhere_below_its_bounds(distance):
     """By brute force at 501 places around each node."""
-    pin, case = pin_of(rough(image(1e-4))), ball()
+    pin, case = make_pin(rough(image(1e-4))), ball()
     xi = np.repeat(np.random.default_rng(2).uniform(-0.8, 0.8, 17), 17)
     around = np.array([pin.face(xi + distance * share) for share in np.linspace(-1.0, 1.0, 501)])
-    lowest = pin.lowest_within(xi, distance)
+    lowest = pin.lower_bound(xi, distance)
     assert (lowest <= around.min(axis=0) + 1e-15).all()
     assert (lowest > around.min(axis=0) - 8e-4).all()
     assert case.slab.nodes == len(lowest)
@@ -237,10 +237,10 @@ def test_an_image_that_rows_miss_or_that_is_smaller_than_the_contact_is_flagged(
     waves = np.repeat(1e-4 * np.sin(2.0 * np.pi * places / 0.08)[:, None], 121, axis=1)
     for heights in (waves, waves.T):
         coarse = rough(points_of(places, places, heights))
-        assert Flag.unresolved_roughness in expected_flags(coarse)
-        assert Flag.unresolved_roughness not in expected_flags(replace(coarse, slab=replace(coarse.slab, n_x=129)))
-    assert Flag.short_profile in expected_flags(rough(image(1e-6, width=0.3)))
-    assert Flag.short_profile not in expected_flags(coarse)
+        assert Flag.unresolved_roughness in predict_flags(coarse)
+        assert Flag.unresolved_roughness not in predict_flags(replace(coarse, slab=replace(coarse.slab, n_x=129)))
+    assert Flag.short_profile in predict_flags(rough(image(1e-6, width=0.3)))
+    assert Flag.short_profile not in predict_flags(coarse)
 
 
 REFUSED = {

@@ -18,13 +18,13 @@ from nanoslip.solver.sliding.plateau import (
     FEWEST_EVENTS,
     RUN_IN,
     Plateau,
+    event_drift_error,
     plateau_of,
-    shared_by_events,
     shared_error,
     teeth,
 )
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.solver.sliding.statistics import LONGEST_CYCLE, cycle_of, event_statistics, shared_by_nodes
+from nanoslip.solver.sliding.statistics import LONGEST_CYCLE, event_statistics, node_error, repeat_length
 from tests.synthetic import FRICTION, LOAD, SPACING, STIFFNESS, modulated_record, noisy_record, record_from
 
 PRESLIDING = FRICTION * LOAD / STIFFNESS
@@ -121,7 +121,7 @@ def test_starts_share_a_drift():
 def test_means_over_events_have_an_error_if_records_have_met_all_bursts(spacings, known):
     """Half of the events come in a tenth of a node spacing; with constant pressures, 0 spacings, nothing else is ever met."""
     found = [replace(plateau_of(noisy_record()), spacings=each) for each in (2.0, spacings)]
-    assert math.isfinite(shared_by_events(found)) == known
+    assert math.isfinite(event_drift_error(found)) == known
 
 
 def test_starts_share_a_drift_of_their_events():
@@ -130,9 +130,9 @@ def test_starts_share_a_drift_of_their_events():
     found = plateau_of(record_from(slower, STIFFNESS * slower))
     assert found.spacings == pytest.approx(2.0, abs=2.0 / 900)
     assert found.event_drift == pytest.approx(0.2, abs=4.0 / 1000)
-    assert shared_by_events([found] * 4) == pytest.approx(0.5 * found.event_drift * student(2), rel=1e-12)
-    assert shared_by_events([found, replace(found, event_drift=-found.event_drift)] * 2) == 0.0
-    assert math.isnan(shared_by_events([found]))
+    assert event_drift_error([found] * 4) == pytest.approx(0.5 * found.event_drift * student(2), rel=1e-12)
+    assert event_drift_error([found, replace(found, event_drift=-found.event_drift)] * 2) == 0.0
+    assert math.isnan(event_drift_error([found]))
 
 
 @pytest.mark.slow
@@ -149,7 +149,7 @@ def test_means_over_events_hold_in_a_slab_with_sides():
     held = []
     for group in range(16):
         plateaus, steps = zip(*(means(4 * group + number) for number in range(4)), strict=True)
-        found = mean_of(np.array(steps), shared_by_events(plateaus) * float(np.mean(steps)))
+        found = mean_of(np.array(steps), event_drift_error(plateaus) * float(np.mean(steps)))
         held.append(abs(found.mean - truth) <= found.uncertainty)
     assert sum(held) >= 8  # 68 % of 16 are 11
 
@@ -181,9 +181,9 @@ def test_a_node_more_changes_the_stiffness_as_computed_anew():
 def test_stiffnesses_of_as_many_nodes_are_uncertain_by_a_node_in_one_start():
     alike = np.full(8, 0.42)
     floor = student(8) * 0.01 / 8
-    assert shared_by_nodes(alike, 0.01) == pytest.approx(floor, rel=1e-12)
+    assert node_error(alike, 0.01) == pytest.approx(floor, rel=1e-12)
     one = alike + 0.01 * (np.arange(8) == 3)
-    assert mean_of(one, shared_by_nodes(one, 0.01)).uncertainty == pytest.approx(floor, rel=1e-9)
+    assert mean_of(one, node_error(one, 0.01)).uncertainty == pytest.approx(floor, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -199,7 +199,7 @@ def test_the_stiffness_of_eight_starts_contains_that_of_64():
         nodes = [stiffness_of_node(compliance, initial_contact(start, compliance).contact) for start in starts[:96]]
         truth = each[96:].mean()
         for group in np.arange(96).reshape(12, 8):
-            found = mean_of(each[group], shared_by_nodes(each[group], float(np.take(nodes, group).mean())))
+            found = mean_of(each[group], node_error(each[group], float(np.take(nodes, group).mean())))
             held.append(abs(found.mean - truth) / found.uncertainty)
     assert np.mean(np.array(held) <= 2.0) >= 0.85
     assert max(held) < 5.0
@@ -282,8 +282,8 @@ def test_of_all_cycles_the_shortest_is_taken():
             if (node[-2 * period :] == node[-3 * period : -period]).all()
             and off[period].max() <= 1e-3 * np.abs(record.force_before - after)[-period:].max()
         ]
-        found.add(cycle_of(record))
-        assert cycle_of(record) == min(fits, default=0)
+        found.add(repeat_length(record))
+        assert repeat_length(record) == min(fits, default=0)
     assert len(found) > 4
 
 
@@ -296,12 +296,12 @@ def test_what_ended_is_noise_or_chatters_is_no_cycle():
     steps = np.concatenate((np.full(50, 1.1e-6), np.full(5, 5e-11))) / STIFFNESS
     creeping = record_from(steps, np.concatenate((np.full(50, 1e-6), np.full(5, 1e-11))))
     assert np.abs(np.diff(creeping.force_after[-5:])).min() > 0.9e-11
-    assert [cycle_of(each) for each in (ended, noisy, anywhere, creeping)] == [0, 0, 0, 0]
+    assert [repeat_length(each) for each in (ended, noisy, anywhere, creeping)] == [0, 0, 0, 0]
 
 
 @pytest.mark.parametrize(("events", "cycle"), [(0, 0), (1, 0), (2, 0), (3, 1)])
 def test_three_times_the_same_event_is_a_cycle_of_one_and_fewer_are_none(events, cycle):
-    assert cycle_of(first_events(record_from(np.full(3, 1e-6), np.full(3, STIFFNESS * 1e-6)), events)) == cycle
+    assert repeat_length(first_events(record_from(np.full(3, 1e-6), np.full(3, STIFFNESS * 1e-6)), events)) == cycle
 
 
 def test_searching_for_a_cycle_takes_no_time():
@@ -311,5 +311,5 @@ def test_searching_for_a_cycle_takes_no_time():
     record = record_from(np.full(events, 1e-6), np.full(events, STIFFNESS * 1e-6))
     record = replace(record, node=np.random.default_rng(5).integers(0, 2, events).astype(np.int32))
     started = time.perf_counter()
-    assert cycle_of(record) == 0
+    assert repeat_length(record) == 0
     assert time.perf_counter() - started < 2.0

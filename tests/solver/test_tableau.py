@@ -13,7 +13,7 @@ from nanoslip.solver.contact.kernels.pivots import MOST_PIVOTS
 from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, equilibrium_residual, follow_all, respond
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.full_contact import compiled_at
+from nanoslip.solver.sliding.full_contact import compile_state
 from nanoslip.solver.sliding.slide import slide, slide_to_state
 
 SLAB = Slab(17, poisson=0.3, scheme="half_space")
@@ -41,7 +41,7 @@ def test_a_contact_set_up_from_a_disc_has_the_tableau_of_its_own_inverse(scheme,
     """The disc of the expected size, and a smaller one if the contact is; anywhere on the plane."""
     slab = replace(SLAB, scheme=scheme)
     compliance = surface_compliance(slab)
-    compliance = compliance if coupled else compliance.uncoupled()
+    compliance = compliance if coupled else compliance.decouple()
     random = np.random.default_rng(1)
     for nodes, moved in ((30.0, (0, 0)), (45.0, (-1, 2)), (20.0, (3, -3))):
         disc = np.roll(tableau.disc_of(slab.n_x, nodes), moved, (0, 1))
@@ -61,7 +61,7 @@ def test_what_is_not_nearly_a_disc_is_inverted_by_itself():
         window = np.flatnonzero(tableau.wider(contact, 2))
         touching = contact.ravel()[window]
         assert tableau.tableau_from_base(COMPLIANCE, window, touching, float(contact.sum())) is None
-        half = tableau.in_lines(2 * len(window) + 1)
+        half = tableau.zero_lines(2 * len(window) + 1)
         tableau.tableau(tableau.entries_of(COMPLIANCE, window), touching, half, reciprocal=True)
         assert_same(half, inverted(COMPLIANCE, window, touching))
 
@@ -81,7 +81,7 @@ def test_a_record_has_the_same_bits_whatever_the_process_has_set_up_before():
 def test_a_base_is_shared_by_windows_members_and_cases_and_only_the_last_is_kept(monkeypatch):
     """One inverse for three records of several windows; another load asks for another disc, and to return for the first again."""
     inverses, invert = [], tableau.bordered_inverse
-    monkeypatch.setattr(tableau, "bordered_inverse", lambda *given: inverses.append(given) or invert(*given))
+    monkeypatch.setattr(tableau, "invert_bordered", lambda *given: inverses.append(given) or invert(*given))
     light = replace(CASE, normal_load=2e-3)
     counts = []
     for case in (light, CASE, replace(CASE, start=0.9), replace(CASE, intrinsic_friction=0.3), light, CASE):
@@ -109,7 +109,7 @@ def test_events_follow_the_same_nodes_with_a_base_and_without(monkeypatch):
 def state():
     """A ball in contact, whose rows have followed everything."""
     touched = initial_contact(CASE, COMPLIANCE)
-    return compiled_at(CASE, COMPLIANCE, touched, whole=False).state
+    return compile_state(CASE, COMPLIANCE, touched, whole=False).state
 
 
 @pytest.mark.parametrize("repeats", [1, 3])
@@ -151,7 +151,7 @@ def test_thousands_of_exchanges_leave_the_residual_at_rounding(state):
 
 def test_a_pin_that_slides_on_has_a_ring_less_behind_it():
     touched = initial_contact(CASE, COMPLIANCE)
-    ahead = compiled_at(CASE, COMPLIANCE, touched, whole=False)
+    ahead = compile_state(CASE, COMPLIANCE, touched, whole=False)
     window = np.zeros(SLAB.nodes, np.bool_)
     window[ahead.window] = True
     columns = np.flatnonzero(window.reshape(17, 17).any(axis=1))

@@ -12,7 +12,7 @@ from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.slab import Slab
 from nanoslip.study import canonical
 from nanoslip.study.canonical import CanonicalText, Texts, canonical_text, content_hash
-from nanoslip.study.plan.task import OF_CONTACT, OF_RECORD, deciding_fields, deciding_texts, dotted_fields
+from nanoslip.study.plan.task import OF_CONTACT, OF_RECORD, deciding_fields, deciding_texts, list_dotted_fields
 from tests.study.plan.test_keys import BASES, Greased, changed
 
 
@@ -47,7 +47,7 @@ def test_a_text_that_is_known_stands_for_its_value():
     assert canonical_text(known) == canonical_text({"a": Case(), "b": [None]})
 
 
-OTHERS = [changed(base, path) for base in BASES.values() for path, _ in dotted_fields(base)]
+OTHERS = [changed(base, path) for base in BASES.values() for path, _ in list_dotted_fields(base)]
 CASES = [*BASES.values(), *filter(None, OTHERS)]
 
 

@@ -12,9 +12,9 @@ from nanoslip.solver.load_path import LoadPath, Loops
 from nanoslip.solver.parameter import declared, quantities
 from nanoslip.solver.simulate import friction_path
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.path import line_of, loops_of, turns_of
+from nanoslip.solver.sliding.path import leg_numbers, loops_of, path_line
 from nanoslip.study import api
-from nanoslip.study.accuracy.effects import scene_tasks, scenes_of
+from nanoslip.study.accuracy.effects import scene_tasks, select_scenes
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
@@ -100,10 +100,10 @@ def test_a_dataset_holds_loops_of_all_members_and_line_and_legs_of_the_first(loo
     assert case.loss_per_cycle_uncertainty > 0.0
     assert "plateau_mean" not in loops
     held = loops.nanoslip.path(amplitude=0.5)
-    assert dict(held.sizes) == {"turn": 1 + 2 + 2 * 2, "path_point": len(line_of(paths[0]).force)}
-    np.testing.assert_array_equal(held.path_displacement, line_of(paths[0]).displacement)
-    np.testing.assert_allclose(held.path_friction, line_of(paths[0]).force / paths[0].normal_load)
-    np.testing.assert_array_equal(held.leg_slips, turns_of(paths[0]).slips)
+    assert dict(held.sizes) == {"turn": 1 + 2 + 2 * 2, "path_point": len(path_line(paths[0]).force)}
+    np.testing.assert_array_equal(held.path_displacement, path_line(paths[0]).displacement)
+    np.testing.assert_allclose(held.path_friction, path_line(paths[0]).force / paths[0].normal_load)
+    np.testing.assert_array_equal(held.leg_slips, leg_numbers(paths[0]).slips)
     np.testing.assert_allclose(held.leg_last_load, [0.8, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
     assert len(loops.nanoslip.paths().path_point) == sum(
         loops.nanoslip.path(amplitude=each).sizes["path_point"] for each in (0.5, 2.0)
@@ -238,7 +238,7 @@ def test_tables_have_no_columns_of_loops_where_no_path_has_cycles(tmp_path, loop
 
 def test_effects_of_a_campaign_with_paths_change_its_loops(tmp_path):
     manifest = manifest_of(tmp_path, LOOPS)
-    scenes = scenes_of(manifest, expand(manifest), 1)
+    scenes = select_scenes(manifest, expand(manifest), 1)
     assert "loss_per_cycle" in scenes.variables
     tasks = scene_tasks(manifest, scenes.cases[0].case, scenes.drives, scenes.ensemble, scenes.variables)
     assert {task.kind for _, task in tasks} == {"path"}

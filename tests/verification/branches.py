@@ -21,7 +21,7 @@ from nanoslip.solver.case import Case, Heterogeneity, SlipRule
 from nanoslip.solver.contact import initial, pin
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.normal import NormalContact
-from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import estimate_half_width, make_pin, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.slab import Slab
@@ -71,7 +71,7 @@ def drawn(seed: int) -> Case:
 def tried_first(case: Case, compliance: SurfaceCompliance, half_widths: float) -> ContactState:
     """Initial contact where the search for the stuck contact starts from this set."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pin, "expected_half_width", lambda case: _half_width(case, half_widths))
+        patch.setattr(pin, "estimate_half_width", lambda case: _half_width(case, half_widths))
         return initial_contact(case, compliance)
 
 
@@ -96,8 +96,8 @@ WAYS = {"tried first": tried_first, "begin to slip": slipped_within}
 
 def _half_width(case: Case, half_widths: float) -> float:
     """A half-width, in those of Hertz; no node beside a punch is ever under it."""
-    wide = half_widths * expected_half_width(case) if half_widths else 0.0
-    return min(wide, pin_of(case).half_width)
+    wide = half_widths * estimate_half_width(case) if half_widths else 0.0
+    return min(wide, make_pin(case).half_width)
 
 
 def apart(one: ContactState, other: ContactState, case: Case) -> float:

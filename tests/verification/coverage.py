@@ -20,9 +20,9 @@ import xarray as xr
 import nanoslip
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.sliding.validity import DOUBTFUL
-from nanoslip.study.manifest.cases import campaign_of
+from nanoslip.study.manifest.cases import make_campaign
 from nanoslip.study.measured.columns import rows_as_csv
-from nanoslip.study.plan.kinds import KINDS, quantities_of
+from nanoslip.study.plan.kinds import KINDS, result_quantities
 from tests.written_tables import show
 
 Sort = Literal["plane strain", "three dimensions", "path"]
@@ -103,7 +103,7 @@ def _driven(rng: np.random.Generator, case: Mapping[str, Any]) -> dict[str, Any]
 def computed(scene: Scene, **changed: Any) -> xr.Dataset:
     """The one case of a scene, with some parameters changed."""
     given = {key: str(value) for key, value in {**scene.case, **scene.drive, **changed}.items()}
-    content = campaign_of(given, drive=bool(scene.drive))
+    content = make_campaign(given, drive=bool(scene.drive))
     outputs = {**content.get("outputs", {}), "fit": False, "trajectory": False, "records": False}
     return nanoslip.run({**content, "outputs": outputs}, progress=False).squeeze()
 
@@ -137,7 +137,7 @@ class Verdict:
 
 def numbers_of(found: xr.Dataset) -> list[str]:
     """Every number that a dataset states with a ±, known or not."""
-    stated = [each for kind in KINDS.values() for each in quantities_of(kind).values() if each.ensemble]
+    stated = [each for kind in KINDS.values() for each in result_quantities(kind).values() if each.ensemble]
     return list(dict.fromkeys(each.name for each in stated if each.uncertainty in found))
 
 
@@ -166,7 +166,9 @@ def verdicts(number: int) -> Iterator[Verdict]:
 
 def _differ_in_regime(name: str, found: xr.Dataset, true: xr.Dataset) -> bool:
     """True of a number of one regime where starts have others: the regime is the answer then."""
-    words = {each.name: each.alike for kind in KINDS.values() for each in quantities_of(kind).values() if each.alike}
+    words = {
+        each.name: each.alike for kind in KINDS.values() for each in result_quantities(kind).values() if each.alike
+    }
     return name in words and found[words[name]].item() != true[words[name]].item()
 
 

@@ -229,7 +229,7 @@ def slid(slab, pin, friction, half_width):
         theory = sliding_punch(LIGHT, under + h / 2, friction, slab.poisson)
     x = np.linspace(-0.5, 0.5, slab.n_x) - state.displacement
     share = np.cumsum(force) / LIGHT
-    error = np.abs(share - theory.share_left_of(x + h / 2)).max()
+    error = np.abs(share - theory.load_share(x + h / 2)).max()
     return float(force @ x) / LIGHT / theory.half_width, float(error), theory
 
 

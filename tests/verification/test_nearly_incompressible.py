@@ -11,7 +11,7 @@ from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide_to_state
-from nanoslip.solver.sliding.validity import Flag, contact_flags, expected_flags, record_flags
+from nanoslip.solver.sliding.validity import Flag, contact_flags, predict_flags, record_flags
 from tests.verification.seen import seen
 
 
@@ -53,7 +53,7 @@ def test_friction_that_is_too_high_is_flagged_and_other_is_not(n_x: int) -> None
         case = Case(normal_load=5e-4, slab=Slab(n_x, poisson=poisson, scheme=scheme), max_events=None, max_spacings=1.0)
         start = initial_contact(case, compliance(case.slab))
         record, end = slide_to_state(case, compliance(case.slab), start)
-        every = (expected_flags(case, 0.1), contact_flags(case, start), record_flags(case, start, record, end))
+        every = (predict_flags(case, 0.1), contact_flags(case, start), record_flags(case, start, record, end))
         assert len({Flag.unresolved_slab in flags for flags in every}) == 1
         return plateau_of(record).mean, Flag.unresolved_slab in every[0]
 

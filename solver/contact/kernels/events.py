@@ -19,7 +19,7 @@ from nanoslip.solver.contact.kernels.state import (
     face_height,
     first_root,
     follow_all,
-    follow_at,
+    follow_pivots,
     knot_ahead,
     piece_entered,
     pin_height,
@@ -43,7 +43,7 @@ def pivot(state: KernelState, i: int) -> bool:
     # Full: a row that lags behind could never follow a pivot that is not noted.
     if scalars.pivots == len(pivots.nodes):
         follow_all(state)
-    follow_at(state, i)
+    follow_pivots(state, i)
     a, b, c, d = t[p, p], t[q, p], t[p, q], t[q, q]  # the block itself is [[a, b], [c, d]]: storage is transposed
     determinant = a * d - b * c
     scale = abs(a * d) + abs(b * c)
@@ -97,7 +97,7 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
             lift = height - state.inputs[n + i]
             # Beyond the edge of a punch there is no height to go back to.
             if abs(lift) > constants.slip.tolerance + BLUR * abs(height) and height < np.inf:
-                follow_at(state, i)
+                follow_pivots(state, i)
                 displace(state.response, state.tableau, state.inputs, i, 0.0, lift)
                 moved = True
     return moved
@@ -192,7 +192,7 @@ def reversing_bits(ahead: int) -> int:
 
 
 @compiled(inline="always")
-def ranked(ratio: int, place: int) -> int:
+def rank_ratio(ratio: int, place: int) -> int:
     """The bits of a shear ratio, the lowest of them replaced by the node's place, which is larger further ahead."""
     return (ratio & ~PLACE) | place
 
@@ -234,8 +234,8 @@ def worst_violation(
         # `&`, as `and` is a branch, which keeps a loop from vector instructions. With μ_i above 1 a tension within the
         # tolerance lowers the limit by more than that: without its second half a node without shear would offend.
         offends = (size - allowed > tolerance) & (size > tolerance)
-        cut = max(cut, ranked(ratio, i ^ turned) if offends else 0)
-        shifted = max(shifted, ranked(ratio + HALF_PLACE, i ^ turned) if offends else 0)
+        cut = max(cut, rank_ratio(ratio, i ^ turned) if offends else 0)
+        shifted = max(shifted, rank_ratio(ratio + HALF_PLACE, i ^ turned) if offends else 0)
         tension = max(tension, bits(normal[i] if contact[i] else 0.0))
     return highest_ranked(cut, shifted, turned), float(np.int64(tension).view(np.float64))
 
@@ -269,7 +269,7 @@ def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
 
 
 @compiled(inline="always")
-def on_steep_flank(state: KernelState, constants: KernelConstants, against_friction: bool) -> bool:
+def is_on_steep_flank(state: KernelState, constants: KernelConstants, against_friction: bool) -> bool:
     """True if a node in contact is on a flank steeper than STEEPEST, or than half of its limit over its pressure. There the
     pressure may drive a slip downhill harder than the shear resists, which falls from the limit to zero."""
     n = len(state.x)
@@ -289,7 +289,7 @@ def on_steep_flank(state: KernelState, constants: KernelConstants, against_frict
 def driven_downhill(state: KernelState, constants: KernelConstants) -> bool:
     """True if slips have created energy and a node is on a flank that is steep against its friction: they may never end."""
     load = state.inputs[-1]
-    return bool(state.scalars.dissipated < -CREATED * load * load and on_steep_flank(state, constants, True))
+    return bool(state.scalars.dissipated < -CREATED * load * load and is_on_steep_flank(state, constants, True))
 
 
 # The cascade: what triggers an event is answered, then the worst violation until none is left.
@@ -302,7 +302,7 @@ CHANGES_PER_NODE = 20
 
 
 @compiled(inline="always")
-def _refreshed_downhill(state: KernelState, constants: KernelConstants) -> bool:
+def refresh_is_downhill(state: KernelState, constants: KernelConstants) -> bool:
     """Sum the response afresh where that is due; whether energy has then come from a flank."""
     if state.scalars.slips_since_refresh < REFRESH_SLIPS:
         return False
@@ -339,7 +339,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         if scalars.slips >= constants.slip.cascade_limit:
             return Stop.CASCADE_LIMIT, EventKind.NOTHING, -1
         xi = x[node] + inputs[node] - displacement
-        follow_at(state, node)
+        follow_pivots(state, node)
         along, down = slip_move(y, tableau, node_friction, node_strength, node, xi, curvature, rise, residual_shear)
         # NaN ends here as well.
         if not abs(along) < np.inf:
@@ -351,7 +351,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         # Slipped off the edge of a punch; a parabola's half-width is infinite.
         if abs(xi + along) > constants.half_width[node]:
             return Stop.DONE, EventKind.RELEASE, node
-        if _refreshed_downhill(state, constants):
+        if refresh_is_downhill(state, constants):
             return Stop.DOWNHILL, EventKind.NOTHING, -1
         node = -1
 
@@ -387,7 +387,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
             offends = size > tolerance and beyond > tolerance
             if offends or i in (first, worst):  # the worst one may offend by the rounding of the search alone
                 xi = state.x[i] + state.inputs[i] - displacement
-                follow_at(state, i)
+                follow_pivots(state, i)
                 along[i], down[i] = slip_move(
                     y,
                     state.tableau,
@@ -413,7 +413,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
                     left = i
         if left >= 0:
             return Stop.DONE, EventKind.RELEASE, left
-        if _refreshed_downhill(state, constants):
+        if refresh_is_downhill(state, constants):
             return Stop.DOWNHILL, EventKind.NOTHING, -1
 
 
@@ -490,7 +490,7 @@ def _soundness(state: KernelState, constants: KernelConstants) -> Stop:
     for k in range(len(state.response)):
         if not abs(state.response[k]) < np.inf:
             return Stop.NOT_FINITE
-    return Stop.STEEP if on_steep_flank(state, constants, False) else Stop.DONE
+    return Stop.STEEP if is_on_steep_flank(state, constants, False) else Stop.DONE
 
 
 # The next event along the rate: the smallest step at which a node slips, is released or touches.

@@ -16,10 +16,10 @@ from nanoslip.solver.contact.kernels.state import (
     Scalars,
     SlipConstants,
     Stop,
+    advance_path,
     count,
     equilibrium_residual,
     start_event,
-    step_along,
     total_shear,
 )
 
@@ -42,13 +42,13 @@ class Events(NamedTuple):
     load: Floats
 
 
-def _kind_of(column: Any) -> Any:
+def number_type(column: Any) -> Any:
     """The type of an array's numbers: the innermost of its annotation, whose layers differ between versions of numpy."""
     inner = get_args(column)
-    return _kind_of(inner[-1]) if inner else column
+    return number_type(inner[-1]) if inner else column
 
 
-_KINDS = [_kind_of(column) for column in Events.__annotations__.values()]
+_KINDS = [number_type(column) for column in Events.__annotations__.values()]
 
 
 def empty_events(capacity: int) -> Events:
@@ -220,10 +220,10 @@ def follow_path(
         if node < 0 and left == np.inf:
             return Stop.NO_EVENT, e
         if step >= left:
-            step_along(state, left)
+            advance_path(state, left)
             return Stop.DONE, e
         # A floor beyond the end of the run does not hide the event before it.
-        step_along(state, min(max(step, _floor(state, constants.slip, stiffness)), left))
+        advance_path(state, min(max(step, _floor(state, constants.slip, stiffness)), left))
         note_trigger(events, e, scalars, total_shear(state.contact, state.response), kind, node)
         status = answer_event(state, constants, kind, node)
         if status != Stop.DONE:
@@ -233,7 +233,7 @@ def follow_path(
         events.stiffness[e] = total_shear(state.contact, state.rate) * scalars.pin_rate
         events.extent[e] = add_slips(node_slips, state.node_slips)
         events.load[e] = -state.inputs[2 * len(state.x)]
-        if scalars.touches_near_end or left_window(
+        if scalars.touches_near_end or has_left_window(
             constants.window_until, state, scalars.pin_rate * scalars.displacement
         ):
             # This event is sound and stays in the record: only the next one may need nodes beyond the window.
@@ -250,7 +250,9 @@ def follow_path(
 
 
 @compiled()
-def left_window(window_until: tuple[float, NDArray[np.int64], Floats] | None, state: KernelState, moved: float) -> bool:
+def has_left_window(
+    window_until: tuple[float, NDArray[np.int64], Floats] | None, state: KernelState, moved: float
+) -> bool:
     """True if nodes beyond the window could meet a rough pin, as it has moved so far or sunk or the surface has heaved."""
     if window_until is None:
         return False

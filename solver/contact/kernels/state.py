@@ -434,7 +434,7 @@ def _follow_node(plane: Plane | None, state: KernelState, i: int) -> None:
 
 
 @compiled(inline="always")
-def follow_at(state: KernelState, i: int) -> None:
+def follow_pivots(state: KernelState, i: int) -> None:
     """Let both rows of node i follow all pivots."""
     followed, pivots = state.pivots.followed, state.scalars.pivots
     if followed[i] != pivots or followed[len(state.x) + i] != pivots:
@@ -445,7 +445,7 @@ def follow_at(state: KernelState, i: int) -> None:
 def follow_all(state: KernelState) -> None:
     """Let all rows of the tableau follow all pivots, which makes room for others."""
     for i in range(len(state.x)):
-        follow_at(state, i)
+        follow_pivots(state, i)
     follow_row(state, 2 * len(state.x))
     clear(state.pivots.followed)
     state.scalars.pivots = 0
@@ -459,7 +459,7 @@ def refresh_response(state: KernelState) -> None:
         # Free nodes bear nothing: their rows are not read, and need not follow the pivots.
         if state.inputs[j] != 0.0:
             if j < 2 * len(state.x):
-                follow_at(state, j % len(state.x))
+                follow_pivots(state, j % len(state.x))
             else:
                 follow_row(state, j)
             add_row(state.response, state.inputs[j], state.tableau[j])
@@ -473,7 +473,7 @@ def set_rate(state: KernelState) -> None:
     if state.scalars.pin_rate != 0.0:
         for i in range(len(state.x)):
             if state.contact[i]:
-                follow_at(state, i)
+                follow_pivots(state, i)
                 add_row(state.rate, state.scalars.pin_rate, state.tableau[i])
     # The last input is -W, hence the minus below.
     if state.scalars.load_rate != 0.0:
@@ -482,7 +482,7 @@ def set_rate(state: KernelState) -> None:
 
 
 @compiled()
-def step_along(state: KernelState, step: float) -> None:
+def advance_path(state: KernelState, step: float) -> None:
     """Go on by `step` along the path, every contact node stuck to the pin."""
     last, scalars = 2 * len(state.x), state.scalars
     moved, raised = step * scalars.pin_rate, step * scalars.load_rate
@@ -516,7 +516,7 @@ def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
 
 
 @compiled(fastmath={"reassoc"})
-def _displaced_entry(compliances: Floats, forces: Floats) -> tuple[float, float]:
+def displacement_of_entry(compliances: Floats, forces: Floats) -> tuple[float, float]:
     """Displacement of one entry by forces, and the sum of magnitudes, summed in any order, as ordered sums take several times as
     long as a pivot."""
     total, moved = 0.0, 0.0
@@ -531,16 +531,16 @@ def _displaced_entry(compliances: Floats, forces: Floats) -> tuple[float, float]
 def _displaced(matrix: Floats, plane: Plane | None, forces: Floats, seen: Floats) -> float:
     """Set the displacements by forces, (2n,); returns the largest sum of magnitudes."""
     if plane is not None:
-        return _displaced_on_plane(plane, forces, seen)
+        return displace_on_plane(plane, forces, seen)
     largest = 0.0
     for row in range(len(seen)):
-        seen[row], moved = _displaced_entry(matrix[row], forces)
+        seen[row], moved = displacement_of_entry(matrix[row], forces)
         largest = max(largest, moved)
     return largest
 
 
 @compiled()
-def _displaced_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
+def displace_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
     """`_displaced` on a plane: the forces of a run meet a run of the table."""
     n, middle, largest = len(plane.rows), plane.by_offset.shape[-1] // 2, 0.0
     for i in range(n):
@@ -549,7 +549,7 @@ def _displaced_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
             first, end = plane.runs[run], plane.runs[run + 1]
             along, across = plane.columns[i] - plane.columns[first] + middle, plane.rows[first] - plane.rows[i] + middle
             beyond = across + end - first
-            more_u, more_w, more = _displaced_by_run(
+            more_u, more_w, more = displacement_by_run(
                 plane.by_offset[0, 0, along, across:beyond],
                 plane.by_offset[0, 1, along, across:beyond],
                 plane.by_offset[1, 0, along, across:beyond],
@@ -564,7 +564,7 @@ def _displaced_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
 
 
 @compiled(fastmath={"reassoc"})
-def _displaced_by_run(
+def displacement_by_run(
     ux: Floats, uz: Floats, wx: Floats, wz: Floats, f_x: Floats, f_z: Floats
 ) -> tuple[float, float, float]:
     """u and w of one node by the forces of others, and the sum of magnitudes of w."""
@@ -621,7 +621,7 @@ def _refine(state: KernelState) -> None:
         return
     for i in range(n):
         if state.contact[i]:
-            follow_at(state, i)
+            follow_pivots(state, i)
             add_two_rows(state.response, state.tableau, i, missing[i], n + i, missing[n + i])
     follow_row(state, 2 * n)
     add_row(state.response, missing[2 * n], state.tableau[2 * n])

@@ -11,7 +11,7 @@ from nanoslip.solver.contact.kernels.events import next_event, project_onto_pin
 from nanoslip.solver.contact.kernels.path import (
     CHECK_EVENTS,
     answer_event,
-    left_window,
+    has_left_window,
     limits_together,
     smallest_step,
     step_blur,
@@ -23,9 +23,9 @@ from nanoslip.solver.contact.kernels.state import (
     KernelConstants,
     KernelState,
     Stop,
+    advance_path,
     equilibrium_residual,
     set_rate,
-    step_along,
     total_shear,
 )
 from nanoslip.solver.dynamics.kernels.motion import (
@@ -37,8 +37,8 @@ from nanoslip.solver.dynamics.kernels.motion import (
     Tally,
     driving_force,
     follow_slip,
+    make_segment,
     no_slips,
-    segment_from,
     slip_table,
 )
 from nanoslip.solver.dynamics.kernels.steps import highest_driving_force, moves_forward, pass_segment, segment_end
@@ -84,9 +84,9 @@ def _ahead(state: KernelState, constants: KernelConstants, origin: float) -> Ahe
 
 
 @compiled(inline="always")
-def _move_to(state: KernelState, delta: float) -> None:
+def move_pin_to(state: KernelState, delta: float) -> None:
     """Move the pin to δ_p = delta, all nodes stuck."""
-    step_along(state, (delta - state.scalars.displacement) * state.scalars.pin_rate)
+    advance_path(state, (delta - state.scalars.displacement) * state.scalars.pin_rate)
 
 
 @compiled(inline="always")
@@ -98,7 +98,7 @@ def _turn(state: KernelState, forward: bool) -> None:
 
 
 @compiled(inline="always")
-def _at_an_end(state: KernelState, constants: KernelConstants) -> bool:
+def is_at_last_node(state: KernelState, constants: KernelConstants) -> bool:
     """True if a node in contact is the last one that there is."""
     last = len(state.x) - 1
     # Nodes are outer where there are others beyond the window.
@@ -112,9 +112,9 @@ def _check(state: KernelState, constants: KernelConstants, begun: float, events:
     begun: δ_p where it was set up, for both directions from there.
     """
     scalars = state.scalars
-    if _at_an_end(state, constants):
+    if is_at_last_node(state, constants):
         return Stop.CONTACT_LOST
-    if scalars.touches_near_end or left_window(constants.window_until, state, abs(scalars.displacement - begun)):
+    if scalars.touches_near_end or has_left_window(constants.window_until, state, abs(scalars.displacement - begun)):
         return Stop.WINDOW_TOO_NARROW
     if scalars.releases + scalars.touches > 0 or events % CHECK_EVENTS == 0:
         project_onto_pin(state, constants)
@@ -149,11 +149,11 @@ def drive_contact(
         forward = moves_forward(motion, pin, ahead.slope)
         # The contact lags behind the pin, as all is linear between events: it is moved at events, turns and the end.
         if forward != (state.scalars.pin_rate > 0.0):
-            _move_to(state, pin.position + origin)
+            move_pin_to(state, pin.position + origin)
             _turn(state, forward)
             ahead = _ahead(state, constants, origin)
         t, x, v, friction_force = pin
-        segment = segment_from(motion, pin, ahead.slope)
+        segment = make_segment(motion, pin, ahead.slope)
         watched = v >= motion.stick_velocity and (slip.climbing or not slip.sliding)
         way, tau, met = ahead.position - x, 0.0, True
         # By rounding the pin may already be past an event, which then comes without any motion.
@@ -163,7 +163,7 @@ def drive_contact(
             tally = pass_segment(record, motion, segment, tally, until, tau, y, area)
             t, x, friction_force = until, x + y, friction_force + ahead.slope * y
         if met:
-            _move_to(state, ahead.position + origin)
+            move_pin_to(state, ahead.position + origin)
             stop = answer_event(state, constants, ahead.kind, ahead.node)
             events += 1
             lost += state.scalars.dissipated
@@ -177,7 +177,7 @@ def drive_contact(
             slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
         else:
             tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
-    _move_to(state, pin.position + origin)
+    move_pin_to(state, pin.position + origin)
     # A contact that has to be set up again is driven on: its slip lasts into the next stretch, and is stated there.
     lasting = Slip(slip.sliding and stop == Stop.DONE, slip.climbing, slip.time, slip.position, slip.peak, 0, 0.0)
     return Pulled(stop, pin, slip, tally, slip_table(lasting, finished, motion, pin), events, lost)

@@ -121,7 +121,7 @@ class Tally(NamedTuple):
 
 
 @compiled(error_model="numpy")
-def repeated_tooth(teeth: ToothTable, index: int) -> tuple[int, float]:
+def find_repeated_tooth(teeth: ToothTable, index: int) -> tuple[int, float]:
     """Find the given tooth that tooth `index` ≥ 0 repeats, and its distance to the right."""
     count = teeth.force.size
     if index < count:
@@ -135,7 +135,7 @@ def repeated_tooth(teeth: ToothTable, index: int) -> tuple[int, float]:
 @compiled(error_model="numpy")
 def tooth_at(teeth: ToothTable, index: int) -> tuple[float, float, float, float]:
     """Left edge, right edge, force at the left edge and slope of any tooth: periodic to the right, mirrored about 0."""
-    j, shift = repeated_tooth(teeth, index if index >= 0 else -1 - index)
+    j, shift = find_repeated_tooth(teeth, index if index >= 0 else -1 - index)
     left, right = teeth.edges[j] + shift, teeth.edges[j + 1] + shift
     force, slope = teeth.force[j], teeth.slope[j]
     if index >= 0:
@@ -152,7 +152,7 @@ _COUNTABLE = 4.5e15
 
 
 @compiled(error_model="numpy")
-def _tooth_near(teeth: ToothTable, x: float) -> int:
+def tooth_nearby(teeth: ToothTable, x: float) -> int:
     """The tooth that holds x, or one beside it where rounding blurs an edge: by whole periods, then bisection."""
     count, first = teeth.force.size, teeth.periodic_from
     start, far = teeth.edges[first], abs(x)
@@ -180,7 +180,7 @@ def tooth_holding(teeth: ToothTable, index: int, x: float) -> tuple[int, float, 
             return index, left, right, base, slope
         index += 1 if x >= right else -1
         left, right, base, slope = tooth_at(teeth, index)
-    index = _tooth_near(teeth, x)
+    index = tooth_nearby(teeth, x)
     left, right, base, slope = tooth_at(teeth, index)
     # Rounding of whole periods may miss the tooth by one.
     while x >= right:
@@ -291,7 +291,7 @@ class Segment(NamedTuple):
 
 
 @compiled(error_model="numpy")
-def segment_from(motion: Motion, pin: PinState, slope: float) -> Segment:
+def make_segment(motion: Motion, pin: PinState, slope: float) -> Segment:
     """The segment that begins at `pin`, where F changes by `slope` per distance."""
     c, total = motion.damping, motion.spring + slope
     ramp = motion.spring * motion.stage

@@ -20,13 +20,13 @@ from nanoslip.solver.dynamics.kernels.motion import (
     acceleration_rounding,
     brief_responses,
     driving_force,
+    find_repeated_tooth,
     follow_slip,
+    make_segment,
     next_zero,
     no_slips,
     offset_from_level,
-    repeated_tooth,
     root,
-    segment_from,
     slip_table,
     state_at,
     tooth_at,
@@ -140,7 +140,7 @@ def highest_driving_force(segment: Segment, motion: Motion, end: float, new: Pin
 
 
 @compiled(error_model="numpy", inline="always")
-def limited_friction(x: float, relaxed: float, surface_stiffness: float, limit: float) -> float:
+def limit_friction(x: float, relaxed: float, surface_stiffness: float, limit: float) -> float:
     """Eq. 13, for a given relaxation point."""
     return max(-limit, min(surface_stiffness * (x - relaxed), limit))
 
@@ -169,7 +169,9 @@ def limit_followed(friction_force: float, limit: float, slope: float, surface_st
 
 
 @compiled(error_model="numpy", inline="always")
-def stuck_reach(friction_force: float, limit: float, slope: float, surface_stiffness: float, forward: bool) -> float:
+def sticking_distance(
+    friction_force: float, limit: float, slope: float, surface_stiffness: float, forward: bool
+) -> float:
     """Signed distance in the direction of motion for which F = K(x - x_R) stays between -F̃ and F̃."""
     reach = math.inf if forward else -math.inf
     if slope != surface_stiffness and (slope < surface_stiffness) == forward:
@@ -308,7 +310,7 @@ def pass_rest(record: Record, motion: Motion, pin: PinState, tally: Tally, until
 
 
 @compiled(allocates=True, entry=True, error_model="numpy")
-def finished_run(record: Record, tally: Tally, slip: Slip, slips: Floats, reached: float) -> Course:
+def make_run_result(record: Record, tally: Tally, slip: Slip, slips: Floats, reached: float) -> Course:
     """Result of a run of segments."""
     return Course(
         reached,
@@ -400,7 +402,7 @@ def cruise(
     )
     ramp, drag, slowest = k * V, c * V, 2.0 * motion.stick_velocity
     count, first = force.size, teeth.periodic_from
-    j, shift = repeated_tooth(teeth, index)
+    j, shift = find_repeated_tooth(teeth, index)
     laps = (index - j) // (count - first)
     (t, x, v, friction_force), climbing, peak = pin, slip.climbing, slip.peak
     steps, resisted, work, row, edge = tally
@@ -420,12 +422,12 @@ def cruise(
             break
         if climbing:
             # The slip's largest driving force may lie within this tooth: only the long way finds it.
-            if _may_turn(segment_from(motion, PinState(t, x, v, friction_force), rate), motion, tau):
+            if _may_turn(make_segment(motion, PinState(t, x, v, friction_force), rate), motion, tau):
                 break
             peak = max(peak, k * (V * end - right) + c * (V - v_end))
             climbing = v_end < V
         if end >= due:
-            segment = segment_from(motion, PinState(t, x, v, friction_force), rate)
+            segment = make_segment(motion, PinState(t, x, v, friction_force), rate)
             row, edge = write_samples(record, row, edge, segment, resisted, end)
             due = next_due(record, row, edge)
         if end >= half and (t < half or (v < V) != (v_end < V)):
@@ -497,8 +499,8 @@ def integrate_exactly(
         if one_way is not None and branch < 0:
             break
         # Stuck, F rises with K whatever the tooth: its slope bounds F, and is followed on the limit alone.
-        segment = segment_from(motion, pin, branch * slope if branch else K)
-        reach = way if branch else stuck_reach(friction_force, limit, slope, K, forward)
+        segment = make_segment(motion, pin, branch * slope if branch else K)
+        reach = way if branch else sticking_distance(friction_force, limit, slope, K, forward)
         distance = min(way, reach) if forward else max(way, reach)
         watched = v >= motion.stick_velocity and (slip.climbing or not slip.sliding)
         tau, met, y, v, area = segment_end(segment, motion, watched, distance, forward)
@@ -520,7 +522,7 @@ def integrate_exactly(
         peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
         slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
     table = slip_table(slip, finished, motion, pin)
-    return finished_run(record, tally, slip, table, pin.time)
+    return make_run_result(record, tally, slip, table, pin.time)
 
 
 # The event-driven method with a rigid contact.
@@ -581,7 +583,7 @@ def integrate_rigidly(
             tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
             continue
 
-        segment = segment_from(motion, PinState(pin.time, x, pin.velocity, heading * limit), heading * slope)
+        segment = make_segment(motion, PinState(pin.time, x, pin.velocity, heading * limit), heading * slope)
         segment = _let_go(segment) if let_go else segment
         friction_force = segment.pin.friction_force
         watched = pin.velocity >= motion.stick_velocity and (slip.climbing or not slip.sliding)
@@ -598,7 +600,7 @@ def integrate_rigidly(
         peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
         slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
     table = slip_table(slip, finished, motion, pin)
-    return finished_run(record, tally, slip, table, pin.time)
+    return make_run_result(record, tally, slip, table, pin.time)
 
 
 # Classical Runge-Kutta steps of equal length.
@@ -666,7 +668,7 @@ def integrate_by_steps(
             x, v = pin.position + part * v, pin.velocity + part * acceleration
             if not left <= x < right:
                 index, left, right, base, slope = tooth_holding(teeth, index, x)
-            friction_force = limited_friction(x, relaxed, K, base + slope * (x - left))
+            friction_force = limit_friction(x, relaxed, K, base + slope * (x - left))
             acceleration = k * (V * (t + part) - x) + c * (V - v) - friction_force
             weight = 1.0 if stage == 3 else 2.0
             dx += weight * v
@@ -680,7 +682,7 @@ def integrate_by_steps(
             break
         if one_way is not None and K * (x - relaxed) < -(base + slope * (x - left)):
             break
-        new = PinState(end, x, v, limited_friction(x, relaxed, K, base + slope * (x - left)))
+        new = PinState(end, x, v, limit_friction(x, relaxed, K, base + slope * (x - left)))
         new_driving = driving_force(motion, new)
 
         row, edge = _write_step(record, motion, pin, new, row, edge, pushed)
@@ -697,4 +699,4 @@ def integrate_by_steps(
         if len(finished) >= motion.most_slips:
             break
     table = slip_table(slip, finished, motion, pin)
-    return finished_run(record, Tally(computed, pushed, work, 0, 0), slip, table, pin.time)
+    return make_run_result(record, Tally(computed, pushed, work, 0, 0), slip, table, pin.time)

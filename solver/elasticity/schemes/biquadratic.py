@@ -18,18 +18,18 @@ from nanoslip.solver.elasticity.grid import (
     Grid,
     Stiffness,
     across,
+    assemble_blocks,
     binary_hierarchy,
-    in_blocks,
     integral,
     lagrange,
     lame,
-    restrained,
+    restrained_nodes,
     slopes,
     value,
 )
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.parameter import parameter, require, validate
-from nanoslip.solver.slab import SCHEMES, Slab, Support, levels_of
+from nanoslip.solver.slab import SCHEMES, Slab, Support, grid_levels
 
 WIDEST_BOTTOM = 1.25
 """Largest spacing of the bottom row in half-widths of the contact, of a slab lower than that spacing: 4 to 7 % wrong, whatever
@@ -47,7 +47,7 @@ class Biquadratic(GridScheme):
     rows: int | None = parameter(None, meaning="node rows of the paper's grid", need="3 to N + 1")
 
     def completed(self, slab: Slab) -> "Biquadratic":
-        levels = levels_of(slab.n_x)
+        levels = grid_levels(slab.n_x)
         validate(self)
         rows = levels + 1 if self.rows is None else self.rows
         require("rows", rows, 3 <= rows <= levels + 1, f"3 to {levels + 1} rows at n_x = {slab.n_x}")
@@ -81,13 +81,13 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
     # An external nodal force balances the forces of the neighbours, hence the minus signs.
     return Stiffness(
         grid=grid,
-        matrix=in_blocks(
+        matrix=assemble_blocks(
             k_u=block([-(dilation + 2) * p.dx_on_sides - p.dz_on_ends for p in parts]),
             c_uw=block([-dilation * p.dz_on_sides - p.dx_on_ends for p in parts]),
             c_wu=block([-dilation * p.dx_on_ends - p.dz_on_sides for p in parts]),
             k_w=block([-(dilation + 2) * p.dz_on_ends - p.dx_on_sides for p in parts]),
         ),
-        fixed=restrained(grid, support),
+        fixed=restrained_nodes(grid, support),
         symmetric=False,
     )
 

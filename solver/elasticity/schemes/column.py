@@ -43,7 +43,9 @@ _THICKEST = 8.0
 """Largest thickness of a row further away, over that near the ends."""
 
 
-def graded_hierarchy(n_x: int, aspect_ratio: float, rows_per_level: int, coarsest_row: int, bottom_row: int) -> Grid:
+def make_graded_hierarchy(
+    n_x: int, aspect_ratio: float, rows_per_level: int, coarsest_row: int, bottom_row: int
+) -> Grid:
     """The graded grid of a slab: an odd number of rows, at least three. The nodes of two neighbouring rows are nested.
 
     rows_per_level: rows until the next has half the intervals; coarsest_row, bottom_row: nodes of these rows. Where the slab is
@@ -51,7 +53,9 @@ def graded_hierarchy(n_x: int, aspect_ratio: float, rows_per_level: int, coarses
     """
     coarsest, bottom = (round(math.log2((n_x - 1) // (nodes - 1))) for nodes in (coarsest_row, bottom_row))
     fitting = (_Ends(n_x, rows_per_level, level, bottom) for level in range(coarsest, -1, -1))
-    ends = next(ends for ends in fitting if not ends.coarsest or ends.left_of(aspect_ratio) >= ends.spacing / 2)
+    ends = next(
+        ends for ends in fitting if not ends.coarsest or ends.remaining_height(aspect_ratio) >= ends.spacing / 2
+    )
     head, tail = ends.head, ends.tail
     middle = _middle_depths(ends, aspect_ratio)
     upper, lower = (np.concatenate(([0.0], np.cumsum(ends.thickness(rows)))) for rows in (head, tail[::-1]))
@@ -88,7 +92,7 @@ class _Ends:
         """Thickness of rows of these levels, in L_x."""
         return _THICKNESS * 2.0**levels / (self.n_x - 1)
 
-    def left_of(self, height: float) -> float:
+    def remaining_height(self, height: float) -> float:
         """Height that head and tail of a slab leave for the middle, in L_x."""
         return height - float(self.thickness(self.head).sum() + self.thickness(self.tail).sum())
 
@@ -103,7 +107,7 @@ def _middle_depths(ends: _Ends, height: float) -> Floats:
     odd = (len(ends.head) + len(ends.tail)) % 2
     wanted = (last - first) * near / (_MIDDLE_THICKNESS * ends.spacing)
     rows = max(2 - odd, 2 * math.ceil((wanted - odd) / 2 - 1e-9) + odd)
-    inner = [near * _depth_of(place, whole) for place in np.linspace(first, last, rows + 1)[1:-1]]
+    inner = [near * rows_depth(place, whole) for place in np.linspace(first, last, rows + 1)[1:-1]]
     return np.array([near * upper, *inner, near * lower])
 
 
@@ -116,11 +120,11 @@ def _rows_above(depth: float, height: float) -> float:
     return 1.0 + math.log(min(depth, _THICKEST)) + max(0.0, depth / _THICKEST - 1.0)
 
 
-def _depth_of(rows: float, height: float) -> float:
+def rows_depth(rows: float, height: float) -> float:
     """Inverse of `_rows_above`."""
     middle = _rows_above(height / 2, height)
     if rows > middle:
-        return height - _depth_of(2 * middle - rows, height)
+        return height - rows_depth(2 * middle - rows, height)
     if rows <= 1.0:
         return rows
     logarithm = math.log(_THICKEST)
@@ -165,12 +169,12 @@ def lengthening(slab: Slab) -> Dense:
     long, short = slab.aspect_ratio, trunk(slab).aspect_ratio
     if slab.support == "right_side":
         return np.diag([(long - short) / _modulus(slab), 0.0, 0.0])
-    foot, levers = _foot(trunk(slab)), [passed_down(slab, height) for height in (long, short)]
+    foot, levers = _foot(trunk(slab)), [transfer_matrix(slab, height) for height in (long, short)]
     more, less = (lever.T @ foot @ lever for lever in levers)
     return _bar(slab, long) - _bar(slab, short) + more - less
 
 
-def passed_down(slab: Slab, height: float) -> Dense:
+def transfer_matrix(slab: Slab, height: float) -> Dense:
     """[N; Q; M] of a section at a depth, per those at the surface, shape (3, 3). The shear force adds Q times the depth to M."""
     if slab.support == "right_side":
         return np.diag([1.0, 0.0, 0.0])

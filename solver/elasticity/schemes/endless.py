@@ -23,7 +23,7 @@ class SurfaceConvolution(ABC):
 
     @property
     @abstractmethod
-    def under_itself(self) -> float:
+    def own_displacement(self) -> float:
         """w of a node per normal force on it."""
 
     @property
@@ -56,7 +56,7 @@ class SurfaceConvolution(ABC):
         """Compliance in these rows and columns of [u; w] and [f_x; f_z]."""
 
     @abstractmethod
-    def uncoupled(self) -> Self:
+    def decouple(self) -> Self:
         """Drop the coupling: normal forces cause no u, and tangential forces no w."""
 
 
@@ -93,7 +93,7 @@ class Convolution(SurfaceConvolution):
         object.__setattr__(self, "_across", scipy.fft.rfft(np.concatenate((self.across, room, -self.across[:0:-1]))))
 
     @property
-    def under_itself(self) -> float:
+    def own_displacement(self) -> float:
         return float(self.along_z[0])
 
     @property
@@ -125,7 +125,7 @@ class Convolution(SurfaceConvolution):
         sideways = scipy.linalg.matmul_toeplitz((self.across, -self.across), forces.T)
         return np.array([along + sideways[:, 1], self.w(f_z) - sideways[:, 0]])
 
-    def uncoupled(self) -> "Convolution":
+    def decouple(self) -> "Convolution":
         return Convolution(self.along_x, self.along_z, np.zeros_like(self.across))
 
     def forces_about(self, w: Vector) -> Vector:

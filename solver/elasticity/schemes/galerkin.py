@@ -29,23 +29,23 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Dense
-from nanoslip.solver.elasticity.condensation import condensed
+from nanoslip.solver.elasticity.condensation import condense_surface
 from nanoslip.solver.elasticity.grid import (
     Grid,
     Sparse,
     Stiffness,
+    assemble_blocks,
     gram,
-    in_blocks,
     lagrange,
     lame,
-    restrained,
+    restrained_nodes,
     slopes,
     value,
 )
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
-from nanoslip.solver.elasticity.schemes.column import graded_hierarchy, lengthening, resultants, trunk
+from nanoslip.solver.elasticity.schemes.column import lengthening, make_graded_hierarchy, resultants, trunk
 from nanoslip.solver.parameter import parameter, require, validate
-from nanoslip.solver.slab import SCHEMES, Slab, Support, levels_of
+from nanoslip.solver.slab import SCHEMES, Slab, Support, grid_levels
 
 MOST_ROWS_PER_LEVEL = 1024
 
@@ -72,15 +72,15 @@ class Galerkin(GridScheme):
 
     def completed(self, slab: Slab) -> "Galerkin":
         validate(self)
-        levels = levels_of(slab.n_x)
+        levels = grid_levels(slab.n_x)
         coarsest = min(levels, max(1, math.ceil(math.log2(16.0 / min(1.0, slab.aspect_ratio)))))
         if self.bottom_row is not None:
-            coarsest = min(coarsest, max(1, levels_of(self.bottom_row)))
+            coarsest = min(coarsest, max(1, grid_levels(self.bottom_row)))
         coarsest_row = 2**coarsest + 1 if self.coarsest_row is None else self.coarsest_row
-        finest = 2 ** min(levels, max(1, levels_of(coarsest_row)) + 3) + 1
+        finest = 2 ** min(levels, max(1, grid_levels(coarsest_row)) + 3) + 1
         bottom_row = finest if self.bottom_row is None else self.bottom_row
         for name, nodes in (("coarsest_row", coarsest_row), ("bottom_row", bottom_row)):
-            allowed = 1 <= levels_of(nodes) <= levels
+            allowed = 1 <= grid_levels(nodes) <= levels
             require(name, nodes, allowed, f"2^q + 1 from 3 to {slab.n_x} nodes at n_x = {slab.n_x}")
         require("bottom_row", bottom_row, bottom_row >= coarsest_row, f"at least coarsest_row = {coarsest_row}")
         rows = 2 if self.rows_per_level is None else self.rows_per_level
@@ -90,13 +90,15 @@ class Galerkin(GridScheme):
         assert self.rows_per_level  # completed
         assert self.coarsest_row
         assert self.bottom_row
-        return graded_hierarchy(slab.n_x, slab.aspect_ratio, self.rows_per_level, self.coarsest_row, self.bottom_row)
+        return make_graded_hierarchy(
+            slab.n_x, slab.aspect_ratio, self.rows_per_level, self.coarsest_row, self.bottom_row
+        )
 
     def stiffness(self, slab: Slab) -> Stiffness:
         return galerkin(self.grid(slab), slab.poisson, slab.support)
 
     def matrix(self, slab: Slab) -> Dense:
-        found = condensed(self.stiffness(trunk(slab)))
+        found = condense_surface(self.stiffness(trunk(slab)))
         if trunk(slab) != slab:
             acting = resultants(slab.n_x)
             # Only a load's three resultants reach the inserted bar (Saint-Venant), which moves the surface rigidly.
@@ -111,8 +113,8 @@ def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
     cells = [_cells(grid, strip) for strip in strips]
     fields = _prolongation(grid, cells)
     blocks = [_element_blocks(grid, strip, 1.0 / width, poisson) for strip, width in zip(strips, cells, strict=True)]
-    k_u, k_w, c_uw = (fields.T @ _assembled(cells, block) @ fields for block in zip(*blocks, strict=True))
-    return Stiffness(grid, in_blocks(k_u, c_uw, c_uw.T, k_w), restrained(grid, support), symmetric=True)
+    k_u, k_w, c_uw = (fields.T @ assemble_stiffness(cells, block) @ fields for block in zip(*blocks, strict=True))
+    return Stiffness(grid, assemble_blocks(k_u, c_uw, c_uw.T, k_w), restrained_nodes(grid, support), symmetric=True)
 
 
 def _cells(grid: Grid, strip: int) -> int:
@@ -129,17 +131,17 @@ def _element_blocks(grid: Grid, strip: int, width: float, poisson: float) -> tup
     places = (0.0, width / 2, width)
     mass_z, stiffness_z, mixed_z = _line_matrices(depths, depths[2], 0.0)
     mass_x, stiffness_x, mixed_x = _line_matrices(places, 0.0, width)
-    along, across = _of_both(mass_z, stiffness_x), _of_both(stiffness_z, mass_x)
+    along, across = kronecker_product(mass_z, stiffness_x), kronecker_product(stiffness_z, mass_x)
     # In the uppermost strip exactly, or odd and even surface nodes would differ more (see above).
     resisted_z = _gauss_mass(depths, depths[2], 0.0) if strip else mass_z
     resisted_x = _gauss_mass(places, 0.0, width) if strip else mass_x
-    coupling = dilation * _of_both(mixed_z, mixed_x.T) + _of_both(mixed_z.T, mixed_x)
-    k_u = dilation * _of_both(resisted_z, stiffness_x) + 2 * along + across
-    k_w = dilation * _of_both(stiffness_z, resisted_x) + 2 * across + along
+    coupling = dilation * kronecker_product(mixed_z, mixed_x.T) + kronecker_product(mixed_z.T, mixed_x)
+    k_u = dilation * kronecker_product(resisted_z, stiffness_x) + 2 * along + across
+    k_w = dilation * kronecker_product(stiffness_z, resisted_x) + 2 * across + along
     return k_u, k_w, coupling
 
 
-def _of_both(z: Dense, x: Dense) -> Dense:
+def kronecker_product(z: Dense, x: Dense) -> Dense:
     """Z ⊗ X of matrices of three nodes, (9, 9); np.kron takes ten times as long for so few, a twentieth of a small compliance."""
     return np.multiply.outer(z, x).transpose(0, 2, 1, 3).reshape(9, 9)
 
@@ -164,7 +166,7 @@ def _gauss_mass(points: tuple[float, ...], lower: float, upper: float) -> Dense:
     return half * sum((np.outer(values, values) for values in at), start=np.zeros((len(points), len(points))))
 
 
-def _assembled(cells: list[int], blocks: Iterable[Dense]) -> Sparse:
+def assemble_stiffness(cells: list[int], blocks: Iterable[Dense]) -> Sparse:
     """Stiffness of all strips, summed over their elements. Each strip has three rows of mesh nodes of its own."""
     rows, columns, values, first = [], [], [], 0
     for count, block in zip(cells, blocks, strict=True):

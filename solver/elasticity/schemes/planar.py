@@ -44,7 +44,7 @@ class PlaneConvolution(SurfaceConvolution):
         return int(self.by_offset.shape[-1] + 1) // 2
 
     @property
-    def under_itself(self) -> float:
+    def own_displacement(self) -> float:
         return float(self.by_offset[1, 1, self._n - 1, self._n - 1])
 
     @property
@@ -61,7 +61,7 @@ class PlaneConvolution(SurfaceConvolution):
         return self._on_the_circle(self._inverse, w)
 
     def displacements(self, forces: Dense) -> Dense:
-        return self._at_nodes((self._spectrum * self._transformed(forces)).sum(axis=1))
+        return self.inverse_transform((self._spectrum * self.forward_transform(forces)).sum(axis=1))
 
     def window(self, nodes: Indices) -> Dense:
         both = np.concatenate((nodes, nodes + self._n**2))
@@ -85,20 +85,20 @@ class PlaneConvolution(SurfaceConvolution):
         begins = (np.diff(nodes) != 1) | (rows[1:] == 0)
         return columns, rows, np.concatenate(([0], 1 + begins.nonzero()[0], [len(nodes)]))
 
-    def uncoupled(self) -> "PlaneConvolution":
+    def decouple(self) -> "PlaneConvolution":
         table = self.by_offset.copy()
         table[0, 1] = table[1, 0] = 0.0
         return PlaneConvolution(table)
 
     def _on_the_circle(self, symbol: NDArray[Any], values: Vector) -> Vector:
-        return self._at_nodes(symbol * self._transformed(values))
+        return self.inverse_transform(symbol * self.forward_transform(values))
 
-    def _transformed(self, values: Dense) -> NDArray[np.complex128]:
+    def forward_transform(self, values: Dense) -> NDArray[np.complex128]:
         """Transform on the circle of values (…, n²)."""
         around = self._spectrum.shape[-2]
         return np.asarray(scipy.fft.rfft2(values.reshape(*values.shape[:-1], self._n, self._n), (around, around)))
 
-    def _at_nodes(self, transform: NDArray[np.complex128]) -> Dense:
+    def inverse_transform(self, transform: NDArray[np.complex128]) -> Dense:
         """Values at the nodes, (…, n²), that have this transform."""
         n, around = self._n, self._spectrum.shape[-2]
         found = scipy.fft.irfft2(transform, (around, around))[..., :n, :n]

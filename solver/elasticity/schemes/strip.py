@@ -36,7 +36,7 @@ class Strip(EndlessScheme):
         require("support", slab.support, slab.support != "right_side", "bonded or frictionless with scheme strip")
         return self
 
-    def held_sideways(self, slab: Slab) -> bool:
+    def is_laterally_restrained(self, slab: Slab) -> bool:
         return slab.support == "bonded"
 
     def convolution(self, slab: Slab) -> Convolution:

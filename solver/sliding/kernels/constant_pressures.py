@@ -22,7 +22,7 @@ from nanoslip.solver.contact.kernels.events import (
     from_front,
     highest_ranked,
     limited,
-    ranked,
+    rank_ratio,
     reversing_bits,
 )
 from nanoslip.solver.contact.kernels.path import (
@@ -92,8 +92,8 @@ def _worst_violation(
         size = limited(shear[i], opposite)
         ratio = bits(size * weights[i])
         offends = size - shear_limit[i] > tolerance
-        cut = max(cut, ranked(ratio, i ^ turned) if offends else 0)
-        shifted = max(shifted, ranked(ratio + HALF_PLACE, i ^ turned) if offends else 0)
+        cut = max(cut, rank_ratio(ratio, i ^ turned) if offends else 0)
+        shifted = max(shifted, rank_ratio(ratio + HALF_PLACE, i ^ turned) if offends else 0)
     return highest_ranked(cut, shifted, turned)
 
 

@@ -9,7 +9,7 @@ from nanoslip.solver.compiled import compiled
 
 @compiled(entry=True)
 def cycle(node: NDArray[np.int32], before: Floats, after: Floats) -> int:
-    """Number of events after which the last of these repeat themselves; 0 where they do not (see `cycle_of`)."""
+    """Number of events after which the last of these repeat themselves; 0 where they do not (see `repeat_length`)."""
     last, fallen = len(node) - 1, 0.0
     for period in range(1, len(node) // 3 + 1):
         # The scale of equality is the largest drop within one period.

@@ -8,11 +8,11 @@ import pytest
 from nanoslip.solver.case import Case, Effects
 from nanoslip.solver.elasticity.compliance import (
     SurfaceCompliance,
+    add_node,
     conditioning,
-    explained,
-    stiffness_of,
-    stiffness_with,
-    stiffness_without,
+    contact_stiffness_matrix,
+    explain_outcome,
+    remove_node,
     surface_compliance,
 )
 from nanoslip.solver.elasticity.grid_scheme import blank, solve_mixed, stiffness
@@ -85,11 +85,11 @@ def test_only_a_bad_end_on_a_bad_operator_is_explained() -> None:
     everywhere = np.ones(33, dtype=np.bool_)
     bad = Outcome(Ending.SLIP_UNBOUNDED, "no slip")
     broken, sound = _with_eigenvalues(-0.1), half_plane(CONDITIONED)
-    assert explained(COMPLETED, broken, everywhere) is COMPLETED
-    assert explained(bad, sound, everywhere) is bad
-    assert explained(bad, broken, ~everywhere) is bad
-    assert "ill-conditioned" in explained(bad, _with_eigenvalues(1e-12), everywhere).message
-    message = explained(bad, broken, everywhere).message
+    assert explain_outcome(COMPLETED, broken, everywhere) is COMPLETED
+    assert explain_outcome(bad, sound, everywhere) is bad
+    assert explain_outcome(bad, broken, ~everywhere) is bad
+    assert "ill-conditioned" in explain_outcome(bad, _with_eigenvalues(1e-12), everywhere).message
+    message = explain_outcome(bad, broken, everywhere).message
     assert "33 nodes" in message
     assert "galerkin" in message
 
@@ -112,7 +112,7 @@ def test_a_pillar_is_not_sent_to_the_scheme_that_it_has() -> None:
     """What rounding takes from `galerkin` no scheme brings back."""
     slab = Slab(33, 1e4)
     broken = SurfaceCompliance(-np.eye(66), slab)
-    message = explained(Outcome(Ending.SLIP_UNBOUNDED, "no slip"), broken, np.ones(33, dtype=np.bool_)).message
+    message = explain_outcome(Outcome(Ending.SLIP_UNBOUNDED, "no slip"), broken, np.ones(33, dtype=np.bool_)).message
     assert "not positive definite" in message
     assert "use the scheme" not in message
     assert "aspect_ratio nearer 1" in message
@@ -177,11 +177,11 @@ def test_a_fully_prescribed_body_needs_no_solve() -> None:
 def test_a_stiffness_with_a_node_more_or_less_is_that_of_its_nodes(scheme: str) -> None:
     """At either end and in the middle, reciprocal or not."""
     compliance, nodes = surface_compliance(Slab(17, scheme=scheme)), np.arange(5, 13)
-    whole = stiffness_of(compliance, nodes)
+    whole = contact_stiffness_matrix(compliance, nodes)
     for place in (0, 3, 7):
-        less = stiffness_of(compliance, np.delete(nodes, place))
+        less = contact_stiffness_matrix(compliance, np.delete(nodes, place))
         for found, expected in (
-            (stiffness_with(compliance, less, nodes, int(nodes[place])), whole),
-            (stiffness_without(whole, place), less),
+            (add_node(compliance, less, nodes, int(nodes[place])), whole),
+            (remove_node(whole, place), less),
         ):
             np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-11 * np.abs(expected).max())

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from nanoslip import Case, Slab, friction_record, surface_compliance
-from nanoslip.solver.contact.pin import expected_half_width
-from nanoslip.solver.effects import in_plane_strain
+from nanoslip.solver.contact.pin import estimate_half_width
+from nanoslip.solver.effects import make_plane_strain
 from nanoslip.solver.elasticity.schemes import Galerkin
 from nanoslip.study.accuracy import measurement as measurement_module
 from nanoslip.study.accuracy.diagram import Diagram
@@ -20,10 +20,10 @@ from nanoslip.study.accuracy.operators import (
     measure_elastic_operator,
     nodal_forces,
     nodal_forces_of_ball,
-    observables_on,
+    punch_observables,
 )
 from nanoslip.study.accuracy.records import as_ball
-from nanoslip.study.accuracy.setup import FULL, QUICK, Effort, Setup, contacts, default_setup, effort_for, setup_of
+from nanoslip.study.accuracy.setup import FULL, QUICK, Effort, Setup, contacts, default_setup, effort_for, make_setup
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
@@ -70,7 +70,7 @@ def test_the_lateral_stiffness_is_that_of_a_record_whose_nodes_all_stick(scheme)
 def test_finer_operators_are_nearer_to_the_finest():
     """Ungraded grids of 9 and 17 nodes against 65: smooth loads, order 1 and more."""
     found = {
-        n_x: observables_on(surface_compliance(Slab(n_x=n_x, scheme=Galerkin(coarsest_row=n_x))), (0.3,))[0.3]
+        n_x: punch_observables(surface_compliance(Slab(n_x=n_x, scheme=Galerkin(coarsest_row=n_x))), (0.3,))[0.3]
         for n_x in (9, 17, 65)
     }
     for name in ("normal_compliance", "tangential_compliance"):
@@ -128,8 +128,8 @@ def test_a_ball_has_the_half_width_of_its_cylinder():
     case = Case(slab=Slab(n_x=65))
     ball = as_ball(case)
     assert ball.slab.scheme.planar
-    assert expected_half_width(ball) == pytest.approx(expected_half_width(case), rel=1e-12)
-    assert expected_half_width(in_plane_strain(ball)) == pytest.approx(expected_half_width(case), rel=1e-12)
+    assert estimate_half_width(ball) == pytest.approx(estimate_half_width(case), rel=1e-12)
+    assert estimate_half_width(make_plane_strain(ball)) == pytest.approx(estimate_half_width(case), rel=1e-12)
     assert as_ball(ball) == ball
 
 
@@ -151,7 +151,7 @@ duration = 0.05
 def test_every_setting_of_a_ball_is_measured(tmp_path: Path, scheme: str):
     """Errors of coarse planes of nodes against a finer one: below 15 % on a contact of 4 spacings to either side."""
     (tmp_path / "ball.toml").write_text(BALL.format(scheme=scheme))
-    setup = setup_of(load_manifest(tmp_path / "ball.toml"))
+    setup = make_setup(load_manifest(tmp_path / "ball.toml"))
     assert effort_for(setup.case, quick=True) == QUICK
     assert max(effort_for(setup.case, quick=False).sizes) < max(FULL.sizes)
     small = replace(QUICK, sizes=(13, 17), reference_size=33, record_sizes=(13,), event_floors=(1e-6,), members=(3,))
@@ -224,7 +224,7 @@ def test_the_command_writes_tables_and_a_picture(main: Main, tmp_path: Path):
 def test_a_surface_without_ends_is_held_against_itself_with_more_nodes(tmp_path: Path, scheme: str):
     path = tmp_path / "mine.toml"
     path.write_text(f'title = "Mine"\nstages = ["contact", "slip"]\n[numerics]\nn_x = 33\nscheme = "{scheme}"\n')
-    setup = setup_of(load_manifest(path))
+    setup = make_setup(load_manifest(path))
     diagram = measure_elastic_operator(setup, replace(QUICK, sizes=(17, 33, 129), reference_size=257))
     assert [(row["scheme"], row["n_x"]) for row in diagram.rows] == [(scheme, n_x) for n_x in (17, 33, 129)]
     # Linear between nodes: energies of smooth loads converge with the square of the spacing.
@@ -243,13 +243,13 @@ def test_what_has_no_accuracy_is_refused(tmp_path: Path, text: str, message: str
     path = tmp_path / "mine.toml"
     path.write_text(f'title = "-"\n{text}')
     with pytest.raises(ManifestError, match=message):
-        setup_of(load_manifest(path))
+        make_setup(load_manifest(path))
 
 
 def test_a_campaign_is_measured_with_its_own_first_case_and_drive(tmp_path: Path):
     path = tmp_path / "mine.toml"
     path.write_text('title = "Mine"\n[axes]\nsupport = ["bonded", "frictionless"]\n[[drives]]\nname = "own"\n')
-    setup = setup_of(load_manifest(path))
+    setup = make_setup(load_manifest(path))
     assert (setup.title, setup.case.slab.support, setup.drive.name) == ("Mine", "bonded", "own")
 
 

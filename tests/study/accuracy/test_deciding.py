@@ -181,8 +181,8 @@ def test_a_critical_velocity_that_starts_lack_names_what_they_do_instead() -> No
     )
     case = xr.Dataset({**known, **words, "critical_velocity_search": "found"}, {"spring_stiffness": 1e5})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("nanoslip.study.report.summary.groups_of", lambda _: {"drive_ensemble": starts})
-        patch.setattr("nanoslip.study.report.summary.run_of", lambda *_: (starts, case))
+        patch.setattr("nanoslip.study.report.summary.read_groups", lambda _: {"drive_ensemble": starts})
+        patch.setattr("nanoslip.study.report.summary.read_run", lambda *_: (starts, case))
         assert "(6 of 8) (single starts: 1 mm/s to 1 mm/s; 1 never sticks; 1 reversed; " in critical_words(case)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES
 from nanoslip.solver.ensemble import mean_of
-from nanoslip.study.accuracy.effects import Change, Influence, influences, scenes_of, verdict_of
+from nanoslip.study.accuracy.effects import Change, Influence, influences, select_scenes, verdict_of
 from nanoslip.study.api import run
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.reader import load_manifest
@@ -38,7 +38,7 @@ SPREAD = "[heterogeneity]\nspread = 0.3\n"
 def found_in(folder: Path, text: str) -> list[Influence]:
     (folder / "mine.toml").write_text(text)
     manifest = load_manifest(folder / "mine.toml")
-    return influences(scenes_of(manifest, list(expand(manifest)), 3, 3))[0]
+    return influences(select_scenes(manifest, list(expand(manifest)), 3, 3))[0]
 
 
 def of_members(folder: Path, text: str, name: str, variable: str, group: str) -> np.ndarray:

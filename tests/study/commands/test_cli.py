@@ -18,7 +18,7 @@ from rich.cells import cell_len
 
 from nanoslip.study import processor, provenance
 from nanoslip.study.commands.cli import cli
-from nanoslip.study.commands.plans import print_json, typed_command
+from nanoslip.study.commands.plans import command_text, print_json
 from tests.conftest import ROOT, SMALL
 
 FILES = {path.stem for path in (ROOT / "study" / "commands").glob("*.py")}
@@ -188,7 +188,7 @@ def test_a_folder_that_cannot_be_written_is_one_clear_message(main, campaign, co
 )
 def test_advice_can_be_typed_as_it_stands(into, options, said):
     """With the folder of the results where it is not the campaign's own, and quoted."""
-    found = typed_command("merge", Path("mine.toml"), Path(into), *options).replace("\xa0", " ")
+    found = command_text("merge", Path("mine.toml"), Path(into), *options).replace("\xa0", " ")
     assert found == f"nanoslip merge mine.toml{said}"
 
 

@@ -20,7 +20,7 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.dataset.variables import rows
 from nanoslip.study.figures import shared
-from nanoslip.study.figures.gallery import shipped_figures
+from nanoslip.study.figures.gallery import list_shipped_figures
 from nanoslip.study.report import page
 from nanoslip.study.run import executor
 from tests.conftest import SMALL, compute
@@ -357,7 +357,9 @@ def test_the_command_knows_the_formats_that_can_be_drawn():
 def test_without_a_name_every_figure_is_listed(main, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = " ".join(main("figure")[1].split())
-    assert all(name in said and " ".join(figure.title.split()) in said for name, figure in shipped_figures().items())
+    assert all(
+        name in said and " ".join(figure.title.split()) in said for name, figure in list_shipped_figures().items()
+    )
     assert not list(tmp_path.iterdir())
 
 
@@ -379,7 +381,7 @@ def test_named_figures_are_drawn_and_their_tables_shown(tmp_path, capsys, monkey
 def dataset(tmp_path, monkeypatch):
     """A dataset that stands for the file results.nc."""
     made = product(intrinsic_friction=[0.25, 0.5], radius=[50.0, 100.0, 200.0])
-    monkeypatch.setattr(draw, "dataset_of", lambda source, out: nullcontext({tmp_path: made}[source]))
+    monkeypatch.setattr(draw, "find_dataset", lambda source, out: nullcontext({tmp_path: made}[source]))
     return made
 
 

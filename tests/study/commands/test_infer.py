@@ -10,7 +10,7 @@ import pytest
 
 import nanoslip
 from nanoslip.study.commands.infer import read_numbers, read_ranges, read_trace_numbers
-from nanoslip.study.inference.campaign import question_of
+from nanoslip.study.inference.campaign import make_question
 from nanoslip.study.inference.fit import filling
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.report.page import page
@@ -154,7 +154,7 @@ def test_every_starter_can_be_fitted(main: Main, tmp_path: Path, monkeypatch: py
     monkeypatch.chdir(tmp_path)
     path, words = walked(starter, main, tmp_path)
     targets, fixed = read_numbers(words[:-4])
-    question = question_of(load_manifest(path), targets, read_ranges([words[-3]]), fixed)
+    question = make_question(load_manifest(path), targets, read_ranges([words[-3]]), fixed)
     question.check(tmp_path / "results")
     cases = [case for plan in question.plans(filling(1)) for case in plan.cases]
     assert len(cases) == 16

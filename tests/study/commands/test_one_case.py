@@ -11,9 +11,9 @@ from nanoslip.study.accuracy.spending import Sample
 from nanoslip.study.commands import look
 from nanoslip.study.commands.datasets import assignments, chosen
 from nanoslip.study.commands.words import Refusal
-from nanoslip.study.manifest.cases import campaign_of, expand, tables
+from nanoslip.study.manifest.cases import expand, make_campaign, tables
 from nanoslip.study.manifest.reader import parse_manifest
-from nanoslip.study.report.curves import beyond_contact
+from nanoslip.study.report.curves import inertial_range
 from nanoslip.study.results.store import Store
 from tests.conftest import ROOT, SMALL
 from tests.study.commands.test_datasets import write_regimes
@@ -210,7 +210,7 @@ def test_a_key_of_a_drive_pulls_the_pin(main):
     code, said, _ = main("try", *QUICK, "stage_velocity=1e-3", "samples=40")
     assert "\ndrive: m = 500 g, k = 200 kN/m, ζ = 0.1, V_o = 1 mm/s\n" in said
     assert (code, "static_friction" in said, said.count("┤")) == (0, True, 12)
-    assert campaign_of({}, drive=True)["drives"] == [{}]
+    assert make_campaign({}, drive=True)["drives"] == [{}]
 
 
 @pytest.mark.parametrize(("velocity", "beyond"), [(1e-4, False), (0.1, True)])
@@ -222,7 +222,7 @@ def test_a_spring_force_that_is_inertia_is_told_from_friction(velocity, beyond):
         "limits": {"presliding": 3},
         "ensemble": {"members": 1},
     }
-    found = beyond_contact(api.run({"title": "x", **stated, "drives": [drive]}, progress=False).squeeze())
+    found = inertial_range(api.run({"title": "x", **stated, "drives": [drive]}, progress=False).squeeze())
     assert (found is not None) == beyond
     assert not found or found[1] > 1.1 * found[2] > 0.0
 

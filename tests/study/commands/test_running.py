@@ -72,7 +72,7 @@ def test_results_of_other_software_are_named_and_computed_again_when_asked(run, 
     changed = sorted(store.finished())[::3]
     for key in changed:
         other = replace(store.read(key), origins=(replace(here(), source_hash="0ther", source_commit="c0ffee"),))
-        store.write(other, shared=entry.path_of(store.folder, key).exists())
+        store.write(other, shared=entry.result_path(store.folder, key).exists())
     kept, count = written(finished), len(changed)
     for command in ("plan", "status"):
         code, said, _ = ask(command)

@@ -10,8 +10,8 @@ import xarray as xr
 
 import nanoslip
 from nanoslip.study.api import open as open_dataset, run
-from nanoslip.study.dataset.access import Column, columns_of
-from nanoslip.study.dataset.file import LostGroupsError, groups_of
+from nanoslip.study.dataset.access import Column, case_columns
+from nanoslip.study.dataset.file import LostGroupsError, read_groups
 from nanoslip.study.dataset.table import one_case, selected
 from nanoslip.study.dataset.verify import NotVerifiableError, rebuilt
 from tests.conftest import ROOT
@@ -135,7 +135,7 @@ def test_initial_contact_and_states_are_one_vocabulary_over_x(full):
 def test_initial_contact_is_there_once_where_states_begin_with_it():
     small = {"title": "once", "stages": ["contact", "slip"], "numerics": {"n_x": 17}, "limits": {"events": 5}}
     found = run({**small, "outputs": {"tractions": True, "tractions_at": [0, 2]}})
-    assert groups_of(found)["contact"]["event"].values.tolist() == 17 * [0] + 17 * [2]
+    assert read_groups(found)["contact"]["event"].values.tolist() == 17 * [0] + 17 * [2]
 
 
 def test_the_inside_of_the_slab_has_x_and_z(full):
@@ -148,7 +148,7 @@ def test_datatree_reads_everything_and_all_of_a_dataset_can_be_kept_and_opened_a
     with xr.open_datatree(full_folder / "results.nc") as tree:
         assert set(tree.children) == {"record", "trajectory", "contact", "interior", "software", "texts"}
         assert tree["record"].sizes["event"] == 800
-        for name, group in groups_of(full).items():
+        for name, group in read_groups(full).items():
             xr.testing.assert_identical(tree[name].to_dataset(inherit=False).load(), group.load())
     full.nanoslip.tree.to_netcdf(tmp_path / "copy.nc")
     again = open_dataset(tmp_path / "copy.nc")
@@ -244,7 +244,7 @@ def by_name(columns: list[Column]) -> dict[str, list]:
 
 
 def test_a_flat_table_has_rows_of_cases_and_drives_that_say_what_the_dataset_says(full):
-    columns = columns_of(full)
+    columns = case_columns(full)
     assert [each.name for each in columns[:2]] == ["intrinsic_friction", "radius"]
     found = by_name(columns)
     assert len(found["outcome"]) == full.drive_outcome.size == 8
@@ -268,7 +268,7 @@ FAST = {**ONE, "drive": "fast"}
     ],
 )
 def test_events_and_samples_are_rows_of_their_runs(full, table, draw, where, same):
-    found = by_name(columns_of(full, table))
+    found = by_name(case_columns(full, table))
     assert next(iter(found)) == "intrinsic_friction"
     keys = zip(*(found[name] for name in where), strict=True)
     mine = [row for row, key in enumerate(keys) if key == tuple(where.values())]
@@ -306,7 +306,7 @@ def test_a_number_in_si_selects_the_case_of_that_size(in_newtons):
         several = data.nanoslip.sel(normal_load=["0.1 N", "0.4 N"], radius="3 mm")
         assert several.sizes["normal_load"] == 2
         assert "radius" not in several.sizes
-        assert groups_of(several).keys() == groups_of(data).keys()
+        assert read_groups(several).keys() == read_groups(data).keys()
         with pytest.raises(KeyError, match="no such case"):
             data.nanoslip.sel(normal_load="0.3 N")
         with pytest.raises(KeyError, match="did you mean normal_load"):

@@ -17,20 +17,20 @@ from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study import api
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.dataset.collect import NOTE, collect, is_made_of, made_of, write_state
-from nanoslip.study.dataset.file import groups_of
+from nanoslip.study.dataset.collect import NOTE, collect, dataset_hash, is_current_dataset, write_state
+from nanoslip.study.dataset.file import read_groups
 from nanoslip.study.dataset.table import case_rows
 from nanoslip.study.dataset.variables import (
     EXPLAINED,
     all_groups,
+    explain_means,
     fewer,
-    means_of,
-    members_of,
+    member_count_text,
+    missing_error_reasons,
     scalars,
-    without_error,
 )
 from nanoslip.study.origin import Origin, computing_origin, here
-from nanoslip.study.plan.kinds import column_of
+from nanoslip.study.plan.kinds import member_column
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts
@@ -136,7 +136,7 @@ def test_what_a_case_and_a_drive_lack_can_be_filtered(build):
     assert said(found["regime"]) == {""}
     assert np.isnan(found["static_friction"]).all()
     assert found["events"].values.ravel().tolist() == [8.0, 8.0]
-    assert found["record_id"].values.ravel().tolist() == groups_of(found)["record"]["record"].values.tolist()
+    assert found["record_id"].values.ravel().tolist() == read_groups(found)["record"]["record"].values.tolist()
     found = collect(*build(SMALL.replace("stage_velocity = 1e-3", "stage_velocity = 1e-4")))
     assert said(found["outcome"]) == {"completed"}
     slow = found.sel(drive="slow")
@@ -185,12 +185,12 @@ def test_the_software_named_is_that_which_computed_not_that_which_collects(small
     plan, store, found = small
     assert found.attrs["source_hash"] == computing_origin().source_hash
     # Four records and their eight drives.
-    assert groups_of(found)["software"]["software_results"].values.tolist() == [12]
+    assert read_groups(found)["software"]["software_results"].values.tolist() == [12]
     assert said(found["computed_by"]) == {computing_origin().name} == said(found["drive_computed_by"])
     found = collect(plan, copied(plan, store, tmp_path, lambda _: (OLD,)))
     for item in fields(Origin):
         assert found.attrs[item.name] == getattr(OLD, item.name)
-        assert groups_of(found)["software"][f"software_{item.name}"].values.tolist() == [getattr(OLD, item.name)]
+        assert read_groups(found)["software"][f"software_{item.name}"].values.tolist() == [getattr(OLD, item.name)]
     assert said(found["computed_by"]) == {OLD.name}
     assert file.MIXED not in found.attrs
 
@@ -206,7 +206,7 @@ def test_results_of_different_software_are_named_with_counts_and_case_by_case(sm
     assert found.attrs["python_version"] == computing_origin().python_version
     assert f"9 of {OLD}; 3 of {computing_origin()}" in found.attrs[file.MIXED]
     assert found["computed_by"].values.ravel().tolist() == [computing_origin().name] + 3 * [OLD.name]
-    software = groups_of(found)["software"]
+    software = read_groups(found)["software"]
     counts = zip(software["software"].values, software["software_results"].values, strict=True)
     assert dict(counts) == {computing_origin().name: 3, OLD.name: 9}
 
@@ -220,7 +220,7 @@ def test_a_result_that_does_not_say_is_of_unknown_software_and_no_result_of_none
     assert said(found["computed_by"]) == {""}
     file.write_netcdf(found, tmp_path / "empty.nc")
     with file.open_dataset(tmp_path / "empty.nc") as again:
-        assert groups_of(again)["software"].sizes["software"] == 0
+        assert read_groups(again)["software"].sizes["software"] == 0
 
 
 Made = tuple[Plan, Store, Path]
@@ -235,7 +235,7 @@ def collected(small, tmp_path_factory: pytest.TempPathFactory) -> Path:
         store.write(known.read(key))
     path = store.folder.with_name(file.FILE)
     file.write_netcdf(collect(plan, store), path)
-    write_state(path, store, made_of(plan.manifest, store))
+    write_state(path, store, dataset_hash(plan.manifest, store))
     return path.parent
 
 
@@ -249,7 +249,7 @@ def made(small, collected: Path, tmp_path: Path) -> Made:
 
 
 def up_to_date(plan: Plan, store: Store, path: Path) -> bool:
-    return is_made_of(path, store, made_of(plan.manifest, store))
+    return is_current_dataset(path, store, dataset_hash(plan.manifest, store))
 
 
 def test_a_result_or_a_failure_more_other_numbers_and_another_title_make_another_dataset(made, small):
@@ -429,7 +429,7 @@ def test_a_number_is_the_mean_over_members_with_its_error_and_count(four: Four) 
 
 def test_the_values_of_each_member_are_beside_and_runs_are_the_firsts(four: Four) -> None:
     plan, store, found = four
-    ensemble, driven, records = (groups_of(found)[name] for name in ("ensemble", "drive_ensemble", "record"))
+    ensemble, driven, records = (read_groups(found)[name] for name in ("ensemble", "drive_ensemble", "record"))
     assert ensemble["member_row_size"].values.tolist() == [4, 4]
     assert driven["drive_member_row_size"].values.tolist() == 4 * [4]
     assert records["row_size"].values.tolist() == [200, 200]
@@ -437,7 +437,7 @@ def test_the_values_of_each_member_are_beside_and_runs_are_the_firsts(four: Four
         result = store.read(plan.case_tasks[case.case_id]["record", ""])
         members, events = (slice(size * number, size * (number + 1)) for size in (4, 200))
         np.testing.assert_array_equal(ensemble["plateau_mean"].values[members], result.scalars["plateau_mean"])
-        first = column_of(result, "displacement", "event")
+        first = member_column(result, "displacement", "event")
         assert len(result.arrays["displacement"]) == 4 * len(first)
         np.testing.assert_array_equal(records["displacement"].values[events], first)
 
@@ -446,8 +446,8 @@ def test_one_member_has_no_error_and_no_group_of_its_own(small) -> None:
     found = small[2]
     assert np.isnan(found["plateau_mean_uncertainty"]).all()
     assert said(found["members"]) == {1.0}
-    assert not {"ensemble", "drive_ensemble"} & set(groups_of(found))
-    assert means_of(found) == without_error(found, ["plateau_mean"]) == "± ?: a single start"
+    assert not {"ensemble", "drive_ensemble"} & set(read_groups(found))
+    assert explain_means(found) == missing_error_reasons(found, ["plateau_mean"]) == "± ?: a single start"
 
 
 def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Path) -> None:
@@ -461,15 +461,17 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     case = collect(plan, part).isel(intrinsic_friction=0).squeeze()
     assert case["plateau_mean"].item() == pytest.approx(np.mean(values[1:]), rel=1e-15)
     assert (fewer(case, "plateau_mean"), fewer(case, "mean_step")) == (" (3 of 4)", "")
-    assert not members_of(case, "events")
+    assert not member_count_text(case, "events")
     assert (case["outcome"].item(), case["message"].item()) == ("completed", lost.message)
     fast = case.sel(drive="fast")
     assert fast["regime"].item() == "slides"
     assert case_rows(fast, "regime").tallies("regime") == [{"slides": 2, "sticks": 1}]
     assert case_rows(fast, "outcome").tallies("outcome") == [{"completed": 1}]  # members are not counted
-    assert means_of(case).endswith(f"over 4 members, ± their 68 % interval; {without_error(case, case)}; {EXPLAINED}")
-    assert without_error(case, ["plateau_mean"]) == "± ?: starts without a value"
-    assert without_error(case, ["surface_stiffness", "events"]) == ""
+    assert explain_means(case).endswith(
+        f"over 4 members, ± their 68 % interval; {missing_error_reasons(case, case)}; {EXPLAINED}"
+    )
+    assert missing_error_reasons(case, ["plateau_mean"]) == "± ?: starts without a value"
+    assert missing_error_reasons(case, ["surface_stiffness", "events"]) == ""
 
 
 @pytest.mark.parametrize(
@@ -521,7 +523,7 @@ def test_members_with_the_same_events_are_one_start_and_give_no_error(build: Bui
 
 def test_runs_are_contiguous_ragged_arrays_with_the_labels_of_what_they_belong_to(small):
     found = small[2]
-    record, trajectory = groups_of(found)["record"], groups_of(found)["trajectory"]
+    record, trajectory = read_groups(found)["record"], read_groups(found)["trajectory"]
     assert record["row_size"].attrs["sample_dimension"] == "event"
     assert int(record["row_size"].sum()) == record.sizes["event"] == 4 * 200
     assert trajectory["trajectory_row_size"].attrs["sample_dimension"] == "sample"
@@ -561,7 +563,7 @@ def test_one_drives_trajectory_is_its_result_in_si(small):
 
 def test_cases_that_share_a_result_share_its_record(build):
     found = collect(*build(changed(radius="half_width = [0.1, 0.2]")))  # of a flat punch: the parabola ignores it
-    first, second = groups_of(found)["record"]["record"].values.tolist()
+    first, second = read_groups(found)["record"]["record"].values.tolist()
     assert found["record_id"].values.ravel().tolist() == [first, first, second, second]
 
 

@@ -12,9 +12,9 @@ from nanoslip.study.dataset.compare import (
     Matched,
     NotComparableError,
     differing,
-    matched,
+    list_unjudged,
+    match_rows,
     observed,
-    unjudged,
 )
 
 NAN = float("nan")
@@ -113,22 +113,22 @@ def places_of(found: Matched) -> tuple[tuple[int, int], ...]:
     ids=["of the same axes, whatever their order", "an axis and a constant", "a constant that differs is no axis"],
 )
 def test_cases_meet_by_the_parameters_that_vary_in_either_dataset(one, other, axes, rows, only) -> None:
-    found = matched((one, other), "")
+    found = match_rows((one, other), "")
     assert (places_of(found), found.only) == (rows, only)
     coordinates = [{name: one[name].values[place[0]] for name in axes} for place in rows]
     assert list(found.labels) == coordinates
 
 
 def test_lists_of_cases_meet_products_and_cases_that_nothing_tells_apart_are_refused() -> None:
-    assert places_of(matched((cases([50.0, 100.0], [1e-3, 2e-3]), LISTED), "")) == ((0, 1), (3, 0))
+    assert places_of(match_rows((cases([50.0, 100.0], [1e-3, 2e-3]), LISTED), "")) == ((0, 1), (3, 0))
     twice = cases([50.0, 60.0]).drop_vars("radius").rename(radius="case")
     with pytest.raises(NotComparableError, match="any parameter"):
-        matched((twice, twice), "")
+        match_rows((twice, twice), "")
 
 
 @pytest.mark.parametrize("outcome", ["pending", "timed_out", "out_of_memory", "crashed", "needs_failed"])
 def test_what_is_not_computed_in_either_is_counted_and_left_out(outcome: str) -> None:
-    found = matched((cases([50.0]), cases([50.0], outcome=outcome)), "")
+    found = match_rows((cases([50.0]), cases([50.0], outcome=outcome)), "")
     assert (places_of(found), found.pending, found.only) == ((), 1, ((), ()))
 
 
@@ -151,7 +151,7 @@ def numbers(
 
 
 def judged(one: xr.Dataset, other: xr.Dataset) -> dict[str, tuple[Verdict, float]]:
-    found = matched((one, other), "")
+    found = match_rows((one, other), "")
     return {each.name: (each.verdict, each.apart) for each in observed(found)}
 
 
@@ -207,7 +207,7 @@ def test_words_of_members_contradict_where_all_of_one_ensemble_differ_from_all_o
     one, other, verdict
 ) -> None:
     pair = pulled(*one), pulled(*other)
-    (found,) = (each for each in observed(matched(pair, "drive")) if each.name == "regime")
+    (found,) = (each for each in observed(match_rows(pair, "drive")) if each.name == "regime")
     apart = {Verdict.NOT_JUDGED: NAN, Verdict.IDENTICAL: 0.0, Verdict.DIFFERENT: math.inf}[verdict]
     assert (found.verdict, found.apart) == (verdict, pytest.approx(apart, nan_ok=True))
 
@@ -221,11 +221,11 @@ def test_a_number_that_only_one_of_two_ensembles_knows_is_not_judged_and_two_wit
 def test_a_number_is_judged_where_both_state_how_certain_it_is_and_others_are_named() -> None:
     """One peak of a record against the mean of many: what the first does not know of itself cannot be beyond."""
     one, other = numbers(0.3, 0.1), numbers(0.3, 0.1, events=8.0)
-    assert unjudged(matched((one, other), "")) == (["events"], ["surface_stiffness"])
-    assert unjudged(matched((one, one), "")) == ([], ["surface_stiffness", "events"])
+    assert list_unjudged(match_rows((one, other), "")) == (["events"], ["surface_stiffness"])
+    assert list_unjudged(match_rows((one, one), "")) == ([], ["surface_stiffness", "events"])
     pair = one.drop_vars("plateau_mean_uncertainty"), numbers(0.4, 0.01)
     assert "plateau_mean" not in judged(*pair)
-    assert "plateau_mean" in unjudged(matched(pair, ""))[0]
+    assert "plateau_mean" in list_unjudged(match_rows(pair, ""))[0]
 
 
 def facts(radius: list[float], manifest: str, **attributes: object) -> xr.Dataset:

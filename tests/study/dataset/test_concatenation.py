@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.api import concat, open as open_dataset, run
-from nanoslip.study.dataset.file import groups_of, with_texts
+from nanoslip.study.dataset.file import read_groups, with_texts
 from nanoslip.study.dataset.join import NotJoinableError
 from nanoslip.study.results.store import StoreError
 from tests.study.dataset.campaigns import FULL
@@ -46,9 +46,10 @@ def test_datasets_paths_and_folders_are_joined_to_what_one_campaign_gives(folder
     assert "manifest" not in joined.attrs
     assert [each.split(",")[0] for each in joined.attrs["sources"]] == ["one", "other"]
     assert joined.attrs["sources"] == concat([joined, joined], "outer").attrs["sources"]
-    software = groups_of(joined)["software"]
+    software = read_groups(joined)["software"]
     assert (
-        software["software_results"].values.tolist() == groups_of(whole)["software"]["software_results"].values.tolist()
+        software["software_results"].values.tolist()
+        == read_groups(whole)["software"]["software_results"].values.tolist()
     )
 
 
@@ -94,7 +95,7 @@ def test_a_record_that_both_have_is_there_once():
     """A flat punch ignores the radius."""
     parts = [computed(constants={"pin": "flat_punch", "radius": radius}) for radius in (50.0, 60.0)]
     joined = concat(parts)
-    assert groups_of(joined)["record"].sizes["record"] == 1
+    assert read_groups(joined)["record"].sizes["record"] == 1
     assert joined.nanoslip.events().sizes["event"] == 40
 
 

@@ -5,11 +5,11 @@ from dataclasses import fields
 import pytest
 import xarray as xr
 
-from nanoslip.solver.parameter import in_measure
+from nanoslip.solver.parameter import measure_label
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.collect import collect
-from nanoslip.study.dataset.file import flattened, groups_of
+from nanoslip.study.dataset.file import flatten_variables, read_groups
 from nanoslip.study.dataset.variables import Described, describe, rows
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import Build
@@ -38,7 +38,7 @@ def test_variables_lie_along_what_is_described(dataset: xr.Dataset) -> None:
     for row in rows():
         if row.name in dataset and not row.group.startswith(("parameters", "group ")):
             assert set(dataset[row.name].dims) == known[row.dims], row.name
-    for name, group in groups_of(dataset).items():
+    for name, group in read_groups(dataset).items():
         for variable in group.variables:
             assert group[variable].dims == (row_of(f"{name}/{variable}").dims,), variable
 
@@ -57,9 +57,9 @@ def test_every_number_of_a_record_but_its_settings_is_declared() -> None:
 
 
 def test_every_variable_of_a_dataset_is_described_as_it_describes_itself(dataset: xr.Dataset) -> None:
-    for name, variable in flattened(dataset).items():
+    for name, variable in flatten_variables(dataset).items():
         row, attributes = row_of(name), variable.attrs
-        assert in_measure(row.meaning, row.measure) == attributes["long_name"], name
+        assert measure_label(row.meaning, row.measure) == attributes["long_name"], name
         beside = attributes.get("ancillary_variables", "").split()
         assert row.uncertainty == next((each for each in beside if each.endswith("_uncertainty")), ""), name
         told = {"units": row.units, "symbol": row.symbol, "comment": row.comment}

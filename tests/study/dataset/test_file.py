@@ -17,11 +17,11 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.file import (
     SMALLEST_COMPRESSED,
     carrying,
-    flattened,
-    groups_of,
+    flatten_variables,
     loaded,
+    make_tree,
     open_groups,
-    tree_of,
+    read_groups,
     write_tree,
 )
 from nanoslip.study.dataset.variables import texts
@@ -159,15 +159,15 @@ KEPT = {
 @pytest.mark.parametrize("change", KEPT.values(), ids=KEPT)
 def test_selections_and_copies_keep_the_groups(change):
     root = grouped()
-    assert groups_of(change(root)) is groups_of(root)
+    assert read_groups(change(root)) is read_groups(root)
 
 
 def test_a_file_gives_root_and_groups_until_it_is_closed(tmp_path):
     file.write_netcdf(grouped(), tmp_path / "one.nc")
     root, groups = open_groups(tmp_path / "one.nc")
     assert set(groups) == {"runs"}
-    assert flattened(carrying(root, groups)).keys() == {"a", "case", "case_id", "runs/row_size", "runs/record"}
-    whole = tree_of(loaded(root)).load()
+    assert flatten_variables(carrying(root, groups)).keys() == {"a", "case", "case_id", "runs/row_size", "runs/record"}
+    whole = make_tree(loaded(root)).load()
     root.close()
     (tmp_path / "one.nc").unlink()
     assert whole["runs"]["row_size"].item() == 3
@@ -179,7 +179,7 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     found = run(FULL)
     folder = tmp_path_factory.mktemp("parts")
     facts = {name: found.attrs[name] for name in ("Conventions", "title", "history")}
-    for name, part in {"root": found, **groups_of(found)}.items():
+    for name, part in {"root": found, **read_groups(found)}.items():
         whole = part if name == "root" else part.assign_attrs(facts)
         file.write_netcdf(carrying(whole.copy(), {}), folder / f"{name}.nc")
     return sorted(folder.iterdir())
@@ -212,8 +212,8 @@ def test_texts_that_are_all_empty_or_none_at_all_are_kept_and_can_be_turned_abou
     )
     with file.open_dataset(tmp_path / "one.nc") as again:
         assert again["empty"].values.tolist() == ["", "", ""]
-        assert groups_of(again)["software"]["name"].dtype == object
-        assert groups_of(again)["software"].sizes["software"] == 0
+        assert read_groups(again)["software"]["name"].dtype == object
+        assert read_groups(again)["software"].sizes["software"] == 0
         assert again["word"].transpose("b", "a").values.tolist() == [["x", "x"], ["yy", "yy"], ["", ""]]
 
 
@@ -306,7 +306,7 @@ def test_damage_to_a_file_too_large_to_be_checked_is_refused_when_it_is_read(tmp
     monkeypatch.setattr(file, "MOST_CHECKED", 0)
     path = damaged(made(65_536), tmp_path / "one.nc")
     with pytest.raises(StoreError, match=r"one\.nc: .*nanoslip collect"), file.reading(path) as again:
-        groups_of(again)["runs"]["force"].load()
+        read_groups(again)["runs"]["force"].load()
     words = np.array([str(number) * 9 for number in np.random.default_rng(1).random(4096)], object)
     path = damaged(carrying(xr.Dataset({"word": ("case", words)}, attrs=HERE), {}), tmp_path / "two.nc")
     with pytest.raises(StoreError, match=r"two\.nc: "):
@@ -326,6 +326,6 @@ def test_a_file_may_be_open_several_times_and_closed_in_any_order(tmp_path):
     kept = file.open_dataset(tmp_path / "one.nc")
     for _ in range(30):
         with file.open_dataset(tmp_path / "one.nc") as again:
-            assert groups_of(again)["runs"]["record"].values.tolist() == ["r"]
+            assert read_groups(again)["runs"]["record"].values.tolist() == ["r"]
             assert again["case_id"].values.tolist() == ["x", "y"]
     np.testing.assert_array_equal(kept["a"], [1.0, 2.0])

@@ -19,7 +19,7 @@ from nanoslip.study.dataset.texts import NONE
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import computing_origin, here
-from nanoslip.study.plan.kinds import in_stages
+from nanoslip.study.plan.kinds import order_by_stage
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results import attempts
@@ -74,7 +74,7 @@ def computed(
     plan, store = make_plan(load_manifest(folder / "campaign.toml")), Store(folder)
     store.prepare()
     lost: set[str] = set()
-    for task in in_stages(plan.tasks):
+    for task in order_by_stage(plan.tasks):
         if ending := fails(task):
             by = here().solver
             attempts.add_attempt(

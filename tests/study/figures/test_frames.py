@@ -18,8 +18,8 @@ from nanoslip.study.figures.frames import (
     MOST_IN_STRIP,
     Moments,
     draw_frame,
-    events_of,
-    moments_of,
+    event_moments,
+    parse_events,
     strip,
     usual_events,
 )
@@ -32,7 +32,7 @@ CASE = Case(intrinsic_friction=0.5, radius=50.0, slab=Slab(n_x=17), max_events=3
 
 @pytest.fixture(scope="module")
 def shown() -> Moments:
-    return moments_of(CASE, range(31))
+    return event_moments(CASE, range(31))
 
 
 def test_a_moment_lies_on_the_record(shown: Moments) -> None:
@@ -61,31 +61,31 @@ def test_marked_nodes_are_those_that_slip_in_the_event(shown: Moments) -> None:
 
 def test_a_node_that_cannot_slip_has_no_limit() -> None:
     assert np.isnan(
-        moments_of(Case(intrinsic_friction=np.inf, radius=50.0, slab=Slab(n_x=17)), (0,)).moments[0].limit
+        event_moments(Case(intrinsic_friction=np.inf, radius=50.0, slab=Slab(n_x=17)), (0,)).moments[0].limit
     ).all()
 
 
 def test_nothing_to_show_is_refused_with_the_reason() -> None:
     steep = Case(normal_load=1.0, radius=0.1, slab=Slab(n_x=17))
     with pytest.raises(InvalidInput, match=f"no contact after event 0: {Ending.STEEP_PIN}: "):
-        moments_of(steep, (0,))
+        event_moments(steep, (0,))
     with pytest.raises(InvalidInput, match="no event 9"):
-        moments_of(Case(max_events=5, slab=Slab(n_x=17)), (9,))
+        event_moments(Case(max_events=5, slab=Slab(n_x=17)), (9,))
     with pytest.raises(InvalidInput, match="friction = false"):
-        moments_of(Case(effects=Effects(friction=False), slab=Slab(n_x=17)), (0, 5))
+        event_moments(Case(effects=Effects(friction=False), slab=Slab(n_x=17)), (0, 5))
 
 
 def test_events_are_a_range_or_a_list() -> None:
-    assert events_of("0:20:5") == (0, 5, 10, 15, 20)
-    assert events_of("3:5") == (3, 4, 5)
-    assert events_of("12,0,5") == (0, 5, 12)
-    assert len(events_of(f"1:{MOST_FRAMES}")) == MOST_FRAMES
+    assert parse_events("0:20:5") == (0, 5, 10, 15, 20)
+    assert parse_events("3:5") == (3, 4, 5)
+    assert parse_events("12,0,5") == (0, 5, 12)
+    assert len(parse_events(f"1:{MOST_FRAMES}")) == MOST_FRAMES
 
 
 @pytest.mark.parametrize("text", ["", "a", "5:1", "5:1:-1", "-1", "0:5:0", "0:1:2:3", f"0:{10**9}", "1.5", "1,,2"])
 def test_other_events_are_refused(text: str) -> None:
     with pytest.raises(InvalidInput, match=r"^events = .*: needs first:last:step"):
-        events_of(text)
+        parse_events(text)
 
 
 SCALES = Scales(slab_width=2e-3, slab_depth=1e-3, shear_modulus=1e6)
@@ -93,7 +93,7 @@ SCALES = Scales(slab_width=2e-3, slab_depth=1e-3, shear_modulus=1e6)
 
 def test_with_scales_every_axis_is_in_si(shown: Moments) -> None:
     """Lengths of 2 mm and mm, the load in N, pressures that carry it."""
-    si, load = moments_of(CASE, (0, 30), SCALES), CASE.normal_load * SCALES.force
+    si, load = event_moments(CASE, (0, 30), SCALES), CASE.normal_load * SCALES.force
     last, same = si.moments[-1], shown.moments[30]
     bases = {"friction": "N", "pressure": "Pa", "shear": "Pa", "traction": "Pa"}
     named = {name: unit.label.rpartition("(")[2].rstrip(")") for name, unit in si.units._asdict().items()}
@@ -115,7 +115,7 @@ def test_with_scales_every_axis_is_in_si(shown: Moments) -> None:
 
 @pytest.fixture(scope="module")
 def film_shown() -> Moments:
-    return moments_of(CASE, (0, 10, 20))
+    return event_moments(CASE, (0, 10, 20))
 
 
 def test_a_strip_shows_every_moment_and_where_in_the_record_it_is(film_shown: Moments) -> None:
@@ -161,7 +161,7 @@ def test_a_film_in_mp4_needs_ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_what_cannot_be_drawn_is_refused_before_anything_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(film, "moments_of", None)
+    monkeypatch.setattr(film, "event_moments", None)
     with pytest.raises(InvalidInput, match=r"pin\.jpg: .*\.pdf, \.svg, \.png, \.gif, \.mp4"):
         film.frames(CASE, (0,), "pin.jpg")
     with pytest.raises(InvalidInput, match=rf"pin\.png: 11 events: a strip holds at most {MOST_IN_STRIP}"):
@@ -171,7 +171,7 @@ def test_what_cannot_be_drawn_is_refused_before_anything_is_computed(monkeypatch
 def test_a_plane_of_nodes_is_drawn_as_maps(tmp_path: Path) -> None:
     """Pressure, shear and slip of each moment over x and y, nodes that slipped marked; strips and films."""
     case = Case(slab=Slab(9, scheme="half_space"), max_events=40)
-    shown = moments_of(case, (0, 20, 40))
+    shown = event_moments(case, (0, 20, 40))
     assert shown.planar
     axes = strip(shown).axes
     assert len(axes) == 3 * 3 + 3 + 1  # maps, their colors, the record
@@ -187,7 +187,7 @@ def test_a_plane_of_nodes_is_drawn_as_maps(tmp_path: Path) -> None:
 def test_moments_of_a_path_are_its_turns() -> None:
     """Both ends of the strokes, with the force that the path has there."""
     case = Case(slab=Slab(n_x=17), path=LoadPath(amplitude=2.0, cycles=1))
-    shown = moments_of(case, range(9))
+    shown = event_moments(case, range(9))
     assert [moment.event for moment in shown.moments] == [0, 1, 2, 3]
     assert usual_events(case) == (0, 1, 2, 3)
     places = [moment.displacement for moment in shown.moments]

@@ -6,16 +6,16 @@ import pytest
 from gallery import INDEX, write_indexes
 
 from nanoslip.study import shipped
-from nanoslip.study.figures.gallery import figures_of, files_of, place, shipped_figures
+from nanoslip.study.figures.gallery import figure_paths, list_shipped_figures, place, script_figures
 from nanoslip.study.results.store import StoreError
 from tests.study.figures.shipped_small import small
 
-FIGURES = shipped_figures()
+FIGURES = list_shipped_figures()
 
 
 def test_a_figure_is_its_pictures_and_its_table(tmp_path: Path) -> None:
     figure = FIGURES["fig8"]
-    written = files_of(figure, small(figure.campaign), tmp_path / "new", ("svg", "png"))
+    written = figure_paths(figure, small(figure.campaign), tmp_path / "new", ("svg", "png"))
     names = ["fig8.svg", "fig8.png", "fig8.md"]
     assert [path.relative_to(tmp_path).as_posix() for path in written] == [f"new/figures/{name}" for name in names]
     text = written[tmp_path / "new" / "figures" / "fig8.md"].decode()
@@ -50,9 +50,9 @@ def test_a_script_beside_a_campaign_has_its_figures_and_may_import_neighbours_of
             "from paper import TITLE\nfrom nanoslip.study.figures.shared import CampaignFigure\n"
             "OWN = CampaignFigure('own', TITLE, '', None, None)\n"
         )
-        (figure,) = figures_of(tmp_path / folder / "mine.toml")
+        (figure,) = script_figures(tmp_path / folder / "mine.toml")
         assert (figure.name, figure.title, figure.campaign) == ("own", folder, "mine")
-    assert figures_of(tmp_path / "other.toml") == ()
+    assert script_figures(tmp_path / "other.toml") == ()
 
 
 @pytest.mark.parametrize(
@@ -67,4 +67,4 @@ def test_a_script_beside_a_campaign_has_its_figures_and_may_import_neighbours_of
 def test_a_script_that_is_none_is_named_with_what_is_wrong(tmp_path: Path, script: str, said: str) -> None:
     (tmp_path / "mine.py").write_text(script)
     with pytest.raises(StoreError, match=f"mine.py: {said}"):
-        figures_of(tmp_path / "mine.toml")
+        script_figures(tmp_path / "mine.toml")

@@ -49,7 +49,7 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.sliding.power_law import SIGNIFICANT
 from nanoslip.solver.sliding.sizes import DISCRETE, EventSizes
 from nanoslip.study import shipped
-from nanoslip.study.figures.gallery import shipped_figures
+from nanoslip.study.figures.gallery import list_shipped_figures
 from nanoslip.study.figures.shared import COLUMN, PAGE, column
 from tests.study.figures.shipped_small import SMALLER, small
 
@@ -586,7 +586,7 @@ def test_a_slider_weighs_what_its_contacts_carry() -> None:
 
 # Every figure belongs to a shipped campaign, can be drawn of it, and says something in every row of its table.
 
-FIGURES = shipped_figures()
+FIGURES = list_shipped_figures()
 
 
 def test_every_campaign_of_figures_has_a_figure_and_the_other_way_round() -> None:

@@ -24,11 +24,11 @@ from nanoslip.study.figures.shared import (
     Claim,
     column,
     edges,
+    file_format,
     filled,
-    format_of,
     image,
-    over_starts,
     series_styles,
+    start_statistics,
     table,
 )
 from nanoslip.study.report.page import DARK
@@ -88,13 +88,13 @@ def test_a_picture_is_laid_out_as_by_matplotlib_and_drawn_once(form: str) -> Non
 
 @pytest.mark.parametrize("name", ["a.svg", "a.SVG", "a.b.Svg"])
 def test_an_ending_means_a_format_in_large_letters_too(name: str) -> None:
-    assert format_of(Path(name)) == "svg"
+    assert file_format(Path(name)) == "svg"
 
 
 @pytest.mark.parametrize("name", ["svg", "a.", "a.jpg", "a.svg.gz", ".svg"])
 def test_a_name_without_a_format_is_told_which_there_are(name: str) -> None:
     with pytest.raises(InvalidInput, match=r"\.pdf, \.svg, \.png"):
-        format_of(Path(name))
+        file_format(Path(name))
 
 
 def lightness(color: str) -> float:
@@ -143,10 +143,10 @@ STATED = Stated("slips", 1952, "3.2.1", 0.5)
 
 
 def test_over_starts_gives_mean_deviation_and_range_and_leaves_out_what_is_missing() -> None:
-    assert over_starts(np.array([1.0, 3.0, np.nan]), 3) == "2.0 (s.d. 1.4, 1 to 3)"
-    assert over_starts(np.array([2.0, 2.0])) == "2 from every start"
-    assert over_starts(np.array([0.002]), scale=1e3) == "2"
-    assert over_starts(np.array([np.nan])) == "none"
+    assert start_statistics(np.array([1.0, 3.0, np.nan]), 3) == "2.0 (s.d. 1.4, 1 to 3)"
+    assert start_statistics(np.array([2.0, 2.0])) == "2 from every start"
+    assert start_statistics(np.array([0.002]), scale=1e3) == "2"
+    assert start_statistics(np.array([np.nan])) == "none"
 
 
 def test_a_number_is_within_the_range_or_so_much_off() -> None:

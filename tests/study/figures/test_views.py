@@ -14,10 +14,10 @@ import xarray as xr
 import nanoslip
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.variables import describe
-from nanoslip.study.figures.answer import differs, view_of, words_of_alike
-from nanoslip.study.figures.points import points_of
-from nanoslip.study.figures.shared import View, csv_of, image, spread
-from nanoslip.study.figures.views import SORTS, half_plane, size_columns, thinned
+from nanoslip.study.figures.answer import differs, make_view, words_of_alike
+from nanoslip.study.figures.points import read_points
+from nanoslip.study.figures.shared import View, format_csv, image, spread
+from nanoslip.study.figures.views import SORTS, half_plane, size_columns, thin_line
 from nanoslip.study.report.summary import scalar_table
 from tests.study.figures.cases import listed, product
 
@@ -59,7 +59,7 @@ def said(values: list[float]) -> tuple[bool, list[str]]:
     radii = [float(number) for number in range(1, len(values) + 1)]
     table = dict(zip(radii, values, strict=True))
     data = product(lambda radius: np.vectorize(table.get)(radius).astype(float), radius=radii)
-    points = points_of(data, "plateau_mean")
+    points = read_points(data, "plateau_mean")
     return differs(points), list(words_of_alike([points]))
 
 
@@ -87,14 +87,14 @@ def test_values_to_be_taken_with_care_are_said_to_be() -> None:
         ([1, 1, 0], "; to be taken with care"),
     ):
         data["validity_flags"].values[:] = flags
-        (text,) = words_of_alike([points_of(data, "plateau_mean")])
+        (text,) = words_of_alike([read_points(data, "plateau_mean")])
         assert text.endswith(f", 2 of 3{care}.")
 
 
 def test_what_no_case_has_is_named_together() -> None:
     data = product(lambda radius: NAN * radius, radius=[1.0, 2.0])
     data["peak_friction"] = data.plateau_mean
-    points = [points_of(data, name) for name in ("plateau_mean", "peak_friction", "outcome")]
+    points = [read_points(data, name) for name in ("plateau_mean", "peak_friction", "outcome")]
     assert not any(map(differs, points))
     same, unknown = words_of_alike(points)
     assert "no_plateau" in same
@@ -108,7 +108,7 @@ def test_a_thinned_line_keeps_ends_extremes_and_order() -> None:
     x = np.linspace(0.0, 1.0, 20_001)
     y = np.sin(40.0 * x)
     y[12_345] = 7.0
-    kept = thinned(x, y)
+    kept = thin_line(x, y)
     assert len(kept) <= 602
     assert np.all(np.diff(kept) > 0)
     assert {0, 12_345, 20_000} <= set(kept.tolist())
@@ -117,8 +117,8 @@ def test_a_thinned_line_keeps_ends_extremes_and_order() -> None:
 
 
 def test_a_short_line_stays_whole_and_a_drop_keeps_both_sides() -> None:
-    assert thinned(np.array([0.0, 0.5, 0.5, 1.0]), np.array([0.0, 1.0, 0.2, 0.7])).tolist() == [0, 1, 2, 3]
-    assert thinned(np.zeros(1000), np.arange(1000.0)).tolist()[::1][-1] == 999
+    assert thin_line(np.array([0.0, 0.5, 0.5, 1.0]), np.array([0.0, 1.0, 0.2, 0.7])).tolist() == [0, 1, 2, 3]
+    assert thin_line(np.zeros(1000), np.arange(1000.0)).tolist()[::1][-1] == 999
 
 
 # A dataset gets the views that its shape calls for, and no others; each names what it shows and holds its numbers.
@@ -193,7 +193,7 @@ def test_every_picture_is_small_and_its_table_is_whole(driven: xr.Dataset, press
     for dataset in (driven, pressed):
         for name, view in views(dataset).items():
             assert len(image(view.draw(), "svg")) < SVG_AT_MOST, name
-            lines = list(csv.reader(io.StringIO(csv_of(view.columns()))))
+            lines = list(csv.reader(io.StringIO(format_csv(view.columns()))))
             assert len(lines) > 1, name
             assert set(map(len, lines)) == {len(lines[0])}, name
             assert view.caption.endswith("."), name
@@ -255,11 +255,11 @@ def test_a_list_of_cases_is_drawn_against_each_of_its_columns() -> None:
 def test_a_list_of_axes_that_vary_together_is_drawn_once_and_says_so() -> None:
     manifest = 'design = "zip"\n[axes]\nradius = [50.0, 200.0, 100.0]\nnormal_load = [1e-3, 1e-4, 5e-4]\n'
     data = listed({"radius": [50.0, 200.0, 100.0], "normal_load": [1e-3, 1e-4, 5e-4]}, [0.1, 0.2, 0.3], manifest)
-    found = view_of(points_of(data, "plateau_mean"))
+    found = make_view(read_points(data, "plateau_mean"))
     assert "against R/L_x. R/L_x and W/(G·L_x·L_y) vary together." in found.caption
     assert len(found.draw().axes) == 1
     assert {"radius", "normal_load"} <= set(found.columns())
-    other = view_of(points_of(data, "plateau_mean"), "normal_load")
+    other = make_view(read_points(data, "plateau_mean"), "normal_load")
     assert "against W/(G·L_x·L_y). R/L_x and" in other.caption
 
 
@@ -271,7 +271,7 @@ def test_signs_that_would_hide_a_crowded_map_are_a_line_around_what_is_to_be_tak
     )
     flags = data["validity_flags"]
     flags[:20] = 1
-    found = view_of(points_of(data, "plateau_mean"))
+    found = make_view(read_points(data, "plateau_mean"))
     assert "White: 400 without a value. 1400 of 3200, hatched" in found.caption
     axes = found.draw().axes[0]
     assert not axes.lines
@@ -281,28 +281,28 @@ def test_signs_that_would_hide_a_crowded_map_are_a_line_around_what_is_to_be_tak
     np.testing.assert_allclose(hatched.vertices.min(axis=0), [radii[0], frictions[0]])
     np.testing.assert_allclose(hatched.vertices.max(axis=0), [radii[69:71].mean(), frictions[19:21].mean()])
     flags[:] = 1
-    assert "All are" in view_of(points_of(data, "plateau_mean")).caption
+    assert "All are" in make_view(read_points(data, "plateau_mean")).caption
 
 
 def test_signs_are_explained_where_they_are_drawn() -> None:
     data = product(lambda radius, n_x: 0.1 * radius, radius=[1.0, 2.0, 3.0], n_x=[17, 33])
     data["validity_flags"][0, 0] = 1
-    assert "Bars: its uncertainty" in view_of(points_of(data, "plateau_mean")).caption
+    assert "Bars: its uncertainty" in make_view(read_points(data, "plateau_mean")).caption
     for name, sign in (("plateau_mean", "Hollow"), ("outcome", "Dots")):
-        assert f"{sign}: " in view_of(points_of(data, name)).caption
+        assert f"{sign}: " in make_view(read_points(data, name)).caption
     alone = data.isel(n_x=0)
-    assert "Hollow: " in view_of(points_of(alone, "outcome")).caption
-    assert "care" not in view_of(points_of(data.isel(n_x=1), "outcome")).caption
+    assert "Hollow: " in make_view(read_points(alone, "outcome")).caption
+    assert "care" not in make_view(read_points(data.isel(n_x=1), "outcome")).caption
 
 
 def test_a_table_is_read_back_as_it_was() -> None:
-    text = csv_of({"name": np.array(["a, b", "c"], dtype=object), "value": np.array([1.0 / 3.0, np.nan])})
+    text = format_csv({"name": np.array(["a, b", "c"], dtype=object), "value": np.array([1.0 / 3.0, np.nan])})
     assert text == 'name,value\n"a, b",0.333333333\nc,\n'
 
 
 @pytest.mark.parametrize("formula", ["=1+1", "+cmd", "-cmd", "@sum", "-2+3"])
 def test_no_text_of_a_table_is_a_formula_and_numbers_stay_numbers(formula) -> None:
-    text = csv_of({formula: np.array([formula, "-0.5"], dtype=object), "value": np.array([-1.5, -1e-300])})
+    text = format_csv({formula: np.array([formula, "-0.5"], dtype=object), "value": np.array([-1.5, -1e-300])})
     assert text == f"'{formula},value\n'{formula},-1.5\n-0.5,-1e-300\n"
 
 

@@ -11,7 +11,7 @@ import nanoslip
 from nanoslip.solver.ensemble import student
 from nanoslip.study.api import manifest_of
 from nanoslip.study.figures.points import points_named
-from nanoslip.study.inference.campaign import question_of
+from nanoslip.study.inference.campaign import make_question
 from nanoslip.study.inference.fit import ComputedPoint, Range, Target, filling, search_parameters, sentences
 from nanoslip.study.inference.pictures import contours
 from nanoslip.study.inference.sensitivity import point_errors, spread_of_members
@@ -99,13 +99,13 @@ def test_members_come_down_elsewhere_at_each_point():
     campaign = {"title": "-", "numerics": {"n_x": 33, "scheme": "half_plane"}, "heterogeneity": {"spread": 0.1}}
     manifest = manifest_of({**campaign, "stages": ["contact", "slip"]})
     target = [Target("plateau", 0.3, 0.01)]
-    question = question_of(manifest, target, {"mu_i": (0.2, 0.8), "residual_shear": (0.0, 0.8)}, {})
+    question = make_question(manifest, target, {"mu_i": (0.2, 0.8), "residual_shear": (0.0, 0.8)}, {})
     x = filling(2)
     first, again = ([case.case for case in question.plans(x)[0].cases] for _ in range(2))
     assert first == again
     for places in ([case.start for case in first if case], [case.heterogeneity.seed for case in first if case]):
         assert len({*places}) == len(x)
-    held = question_of(manifest, target, {"mu_i": (0.2, 0.8)}, {"start": 0.25})
+    held = make_question(manifest, target, {"mu_i": (0.2, 0.8)}, {"start": 0.25})
     assert {case.case.start for case in held.plans(x[:, :1])[0].cases if case.case} == {0.25}
 
 
@@ -196,7 +196,7 @@ def test_what_cannot_be_told_apart_is_named():
         return point_of(x, values, 1e-4)
 
     found = search_parameters([Target("mu_k", 0.26, 0.005)], ranges, simulate)
-    assert found.undetermined() == ["residual_shear"]
+    assert found.undetermined_parameters() == ["residual_shear"]
     ((first, second, ends),) = found.tied()
     assert (first.name, second.name) == ("mu_i", "residual_shear")
     np.testing.assert_allclose(ends[0] * (1.0 + ends[1]) / 2.0, 0.26, rtol=0.05)

@@ -11,7 +11,7 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.cases import expand, naming
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import LIMITS, TABLES, make_case, names_by_word, words_of
+from nanoslip.study.manifest.parameters import LIMITS, TABLES, make_case, names_by_word, table_words
 from nanoslip.study.manifest.problems import ManifestError
 from tests.study.plan.running import read
 
@@ -104,5 +104,5 @@ def test_a_displacement_limit_stands_alone_unless_events_are_given(tmp_path):
 
 def test_every_field_of_a_case_is_a_parameter():
     """A parameter without a table of a manifest would be out of reach."""
-    reached = [names_by_word()[word] for table in TABLES for word in words_of(table)]
+    reached = [names_by_word()[word] for table in TABLES for word in table_words(table)]
     assert sorted(reached) == sorted(Case().flat)

@@ -18,12 +18,19 @@ from nanoslip.solver.simulate import friction_record
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.dataset.collect import collect
-from nanoslip.study.dataset.file import groups_of
+from nanoslip.study.dataset.file import read_groups
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.problems import ManifestError
-from nanoslip.study.manifest.reader import switched_effects
+from nanoslip.study.manifest.reader import read_effect_switches
 from nanoslip.study.plan.cost import sliding_bytes
-from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, needed_kinds, record_task, states_task
+from nanoslip.study.plan.kinds import (
+    compliance_task,
+    contact_task,
+    drive_task,
+    record_task,
+    required_kinds,
+    states_task,
+)
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.store import Store
@@ -64,7 +71,7 @@ def computed(plan: Plan, folder: Path) -> Store:
 )
 def test_tasks_are_those_that_a_campaign_asks_for(tmp_path, text, kinds):
     plan = planned(tmp_path, text)
-    assert {task.kind for task in plan.tasks} == kinds == needed_kinds(plan.manifest)
+    assert {task.kind for task in plan.tasks} == kinds == required_kinds(plan.manifest)
 
 
 def test_a_drive_on_a_finished_record_never_slides(tmp_path, monkeypatch):
@@ -103,13 +110,13 @@ def test_combinations_that_mean_nothing_are_refused(tmp_path):
 def test_the_effects_of_a_campaign_are_listed(tmp_path):
     text = "axes.coupling = [true, false]\nheterogeneity.spread = 0.2\n"
     drives = DRIVES + 'profile = "mean"\n[[drives]]\nname = "b"\ndamping_ratio = 0\n'
-    found = switched_effects(planned(tmp_path, text + drives).manifest)
+    found = read_effect_switches(planned(tmp_path, text + drives).manifest)
     assert found["coupling"] == "on, off"
     assert found["friction"] == found["pin_translation"] == found["dynamics"] == "on"
     assert found["spread of μ_i"] == "0.2"
     assert found["sawtooth"] == "off: mean, on"
     assert found["damping"] == "on, off"
-    without = switched_effects(planned(tmp_path, "").manifest)
+    without = read_effect_switches(planned(tmp_path, "").manifest)
     assert without["dynamics"] == "off"
     assert "damping" not in without
 
@@ -133,7 +140,7 @@ def test_a_half_plane_has_no_inside(tmp_path):
     plan = planned(tmp_path, 'axes.scheme = ["galerkin", "half_plane"]\noutputs.subsurface = true')
     assert [case.outcome.ok for case in plan.cases] == [True, False]
     assert "has a grid" in plan.cases[1].outcome.message
-    found = switched_effects(plan.manifest)
+    found = read_effect_switches(plan.manifest)
     assert found["finite slab (scheme)"] == "on, off"
 
 
@@ -275,7 +282,7 @@ def test_states_and_phases_reach_the_dataset(tmp_path):
     )
     plan = planned(tmp_path, text + DRIVES)
     collected = collect(plan, computed(plan, tmp_path))
-    groups = groups_of(collected)
+    groups = read_groups(collected)
     assert "sample" not in groups["trajectory"].dims
     assert groups["contact"].sizes["contact_node"] == 17
     assert set(groups["contact"]["event"].values) == {4}

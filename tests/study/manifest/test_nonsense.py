@@ -16,7 +16,7 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.variables import factors
 from nanoslip.study.manifest.manifest import EnsembleTable, Outputs, drive_parameters
-from nanoslip.study.manifest.parameters import TABLES, words_of
+from nanoslip.study.manifest.parameters import TABLES, table_words
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
@@ -47,8 +47,8 @@ PLACES: dict[str, list[str]] = {
         "title", "stages", "design", "table", "axes", "drives", "drive_axes", "scales", "ensemble",
         *TABLES,
     ],
-    **{table: list(words_of(table)) for table in TABLES},
-    "axes": [word for table in TABLES for word in words_of(table)],
+    **{table: list(table_words(table)) for table in TABLES},
+    "axes": [word for table in TABLES for word in table_words(table)],
     "scales": [item.name for item in fields(Scales)],
     "outputs": [item.name for item in fields(Outputs)],
     "ensemble": [item.name for item in fields(EnsembleTable)],
@@ -139,7 +139,7 @@ def test_every_key_takes_or_refuses_every_value(tmp_path, place, key):
 def test_a_table_takes_or_refuses_every_cell(tmp_path):
     path = tmp_path / "mine.toml"
     values = [value.strip('"') for value in NONSENSE.values()]
-    for word in (word for table in TABLES for word in words_of(table) if word != "roughness"):
+    for word in (word for table in TABLES for word in table_words(table) if word != "roughness"):
         cells = (value for value in values if len(value) < 500 or word == "n_x")
         campaigns = (
             (cell, parsed(cell), ('title = "x"\ntable = "cases.csv"\n', f'{word}\n"{cell}"\n')) for cell in cells

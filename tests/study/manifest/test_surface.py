@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import image_of
+from nanoslip.solver.case import make_image
 from nanoslip.solver.contact.pin import roughness_slopes
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.sliding.validity import nodes_for
+from nanoslip.solver.sliding.validity import resolving_nodes
 from nanoslip.study import api
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.manifest.surface import Detrend, NamedSurface, Surface, read_surface
-from nanoslip.study.measured.columns import decoded
+from nanoslip.study.measured.columns import decode_text
 from tests.conftest import Main
 from tests.study.manifest.problems import lines_of
 
@@ -67,7 +67,7 @@ def test_roughness_is_that_of_the_waves_it_is_made_of() -> None:
     assert wavenumber[power.argmax()] == pytest.approx(k, rel=0.01)
     assert power.sum() * (wavenumber[1] - wavenumber[0]) == pytest.approx(found.rms_height**2, rel=1e-3)  # Parseval
     # Straight lines a spacing apart miss k·spacing/√12 of the slope of short waves; half of it near a quarter of a wave.
-    nodes = nodes_for(found.image(40e-6))
+    nodes = resolving_nodes(found.image(40e-6))
     assert nodes is not None
     assert 2.0 < 1e-6 / (40e-6 / (nodes - 1)) < 8.0
 
@@ -189,7 +189,7 @@ def test_a_matrix_and_columns_of_the_same_image_are_the_same() -> None:
         np.testing.assert_allclose(found.x, 20e-9 * (np.arange(8) - 3.5), atol=1e-21)
         np.testing.assert_allclose(found.y, 20e-9 * (np.arange(12) - 5.5), atol=1e-21)
         np.testing.assert_allclose(found.height, 1e-9 * IMAGE, atol=1e-21)
-        image = image_of(found.roughness(1e-6))
+        image = make_image(found.roughness(1e-6))
         np.testing.assert_allclose(image.height, 1e-3 * IMAGE, atol=1e-15)
 
 
@@ -362,6 +362,6 @@ def test_columns_without_a_header_and_arrays_of_numpy_are_images() -> None:
     np.testing.assert_allclose(found.height, SMOOTH_IMAGE, rtol=1e-7, atol=1e-17)
     written = io.BytesIO()
     np.save(written, SMOOTH_IMAGE)
-    again = read_surface(AFM, decoded(written.getvalue()), NamedSurface("a", detrend="none", pixel="500 nm"))
+    again = read_surface(AFM, decode_text(written.getvalue()), NamedSurface("a", detrend="none", pixel="500 nm"))
     np.testing.assert_array_equal(again.height, SMOOTH_IMAGE)
     np.testing.assert_allclose(again.x, found.x, atol=1e-15)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.study.measured.columns import decoded, read_columns
-from nanoslip.study.measured.means import REJECTED, VALUE_BATCHES, correlated, independent
+from nanoslip.study.measured.columns import decode_text, read_columns
+from nanoslip.study.measured.means import REJECTED, VALUE_BATCHES, has_correlation, independent
 from nanoslip.study.measured.recording import Trace, TraceOptions, limits, outliers, read_trace, two_way
 from nanoslip.study.measured.trace import TraceNumbers, measure_trace
 from tests.conftest import Main
@@ -48,7 +48,7 @@ def table(*columns: Floats | list[str], header: str = "t_s,F_N", separator: str 
 
 
 def numbers(text: str, given: TraceOptions = TraceOptions()) -> TraceNumbers:  # noqa: B008  frozen
-    return measure_trace(read_trace(LAB, text, given).per_load())
+    return measure_trace(read_trace(LAB, text, given).divide_by_load())
 
 
 HOLES = [
@@ -62,7 +62,7 @@ NEWTONS = {
     "units below names": table(TIME, FORCE, header="time,force\ns,N"),
     "tester": table(TIME, 2.0 * TIME, FORCE, header='"Time","Extension","Load"\n"(s)","(mm)","(N)"'),
     "LabVIEW": table(COUNT, TIME, FORCE, header="***End***\t\n\nX_Value\tTime (s)\tForce (N)\tComment", separator="\t"),
-    "letters of Windows": decoded(
+    "letters of Windows": decode_text(
         table(TIME, 0.01 * FORCE, FORCE, header="t [s];µ;Reibkraft in N", separator=";").encode("cp1252")
     ),
     "decimal commas": table(TIME, FORCE, header="Zeit in s;Kraft in N", separator=";").replace(".", ","),
@@ -301,6 +301,8 @@ def test_a_trace_whose_friction_wanders_has_a_wider_uncertainty() -> None:
 def test_batches_are_of_correlated_values_alone() -> None:
     random = np.random.default_rng(6)
     white = random.standard_normal((400, 40))
-    assert np.mean([correlated(row) for row in white]) == pytest.approx(REJECTED, abs=0.045)  # three deviations of 400
-    assert np.mean([correlated(wandering(seed, 40)) for seed in range(100)]) > 0.95
+    assert np.mean([has_correlation(row) for row in white]) == pytest.approx(
+        REJECTED, abs=0.045
+    )  # three deviations of 400
+    assert np.mean([has_correlation(wandering(seed, 40)) for seed in range(100)]) > 0.95
     assert len(independent(wandering(0, 40))) == VALUE_BATCHES

@@ -16,7 +16,7 @@ from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.simulate import drive_result, friction_record
-from nanoslip.study.measured.columns import decoded
+from nanoslip.study.measured.columns import decode_text
 from nanoslip.study.measured.means import steady_mean
 from nanoslip.study.measured.recording import Trace, TraceOptions, read_trace
 from nanoslip.study.measured.trace import TraceNumbers, measure_trace
@@ -143,7 +143,7 @@ def test_displacement_is_time_at_the_velocity_of_the_stage() -> None:
     time, force = analytic(SLOW, 20_001, 2.0)
     over_time = measure_trace(Trace(time, force, "time"), LOAD, 2e-3)
     along = Trace(2e-3 * time, force, "displacement")
-    again = measure_trace(along.at_velocity(2e-3), LOAD, 2e-3)
+    again = measure_trace(along.convert_to_time(2e-3), LOAD, 2e-3)
     lengths = measure_trace(along, LOAD)
     for name, number in over_time.numbers.items():
         assert again.numbers[name].value == pytest.approx(number.value, rel=1e-6), name
@@ -288,7 +288,7 @@ def test_units_signs_and_columns_are_read() -> None:
 
 @pytest.mark.parametrize("letters", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
 def test_letters_of_any_instrument_are_read(letters: str) -> None:
-    text = decoded("Weg in µm\tKraft\n1\t2\n".encode(letters))
+    text = decode_text("Weg in µm\tKraft\n1\t2\n".encode(letters))
     assert text == "Weg in µm\tKraft\n1\t2\n"
 
 

@@ -20,7 +20,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan import cost as rates, expectations as memory
-from nanoslip.study.plan.cost import estimate, record_seconds, sizes_of, sliding_bytes
+from nanoslip.study.plan.cost import estimate, estimate_sizes, record_seconds, sliding_bytes
 from nanoslip.study.plan.kinds import (
     compliance_task,
     contact_task,
@@ -122,7 +122,7 @@ def test_a_record_without_coupling_holds_the_compliance_once_more_where_that_is_
     for scheme, copied in (("galerkin", True), ("half_plane", False)):
         case = Case(slab=Slab(65, scheme=scheme))
         more = sliding_bytes(replace(case, effects=without)) - sliding_bytes(case)
-        held = surface_compliance(case.slab).uncoupled().matrix.nbytes if copied else 0
+        held = surface_compliance(case.slab).decouple().matrix.nbytes if copied else 0
         assert 0.8 * held <= more <= held
         assert sliding_bytes(replace(case, effects=frozen)) < sliding_bytes(case)
 
@@ -146,7 +146,7 @@ def test_the_events_of_a_record_are_predicted_from_its_presliding_length(case):
     case = replace(case, max_events=None, max_presliding=4.0)
     record = friction_record(case)
     assert record.outcome.ok
-    assert 1 / FACTOR < sizes_of(case).events / len(record.displacement) < FACTOR
+    assert 1 / FACTOR < estimate_sizes(case).events / len(record.displacement) < FACTOR
 
 
 @pytest.mark.parametrize("support", ["bonded", "right_side", "frictionless"])
@@ -156,7 +156,7 @@ def test_the_stiffness_is_that_of_a_cantilever(support, height, load):
     """0.56 to 2.84 seen, on bonded slabs 0.56 to 1.13: no number is fitted."""
     case = Case(normal_load=load, max_events=3, slab=Slab(33, height, support=support))
     stiffness = case.intrinsic_friction * load / friction_record(case).presliding_length
-    assert 1 / FACTOR < sizes_of(case).stiffness / stiffness < FACTOR
+    assert 1 / FACTOR < estimate_sizes(case).stiffness / stiffness < FACTOR
 
 
 @pytest.mark.parametrize("poisson", [0.3, 0.4999])
@@ -240,9 +240,9 @@ def test_many_that_do_not_fit_are_counted(tmp_path, machine):
 def test_ranks_of_one_machine_share_its_memory_and_a_compliance(tmp_path, machine):
     plan = planned(tmp_path, "numerics.n_x = 513\naxes.radius = [50, 100, 200, 300]")
     records = [task for task in plan.tasks if task.kind == "record"]
-    one, two = memory.need_of(records[0]), memory.need_of(*records[:2])
+    one, two = memory.memory_need(records[0]), memory.memory_need(*records[:2])
     assert two - one < one
-    machine(memory.need_of(*sorted(records, key=memory.need_of)[-3:]))
+    machine(memory.memory_need(*sorted(records, key=memory.memory_need)[-3:]))
     assert memory.shortages(plan, records, ranks=3) == ()
     (line,) = memory.shortages(plan, records, ranks=4)
     assert ": 4 ranks" in line

@@ -16,13 +16,13 @@ from nanoslip.solver.drive import FEWER_STEPS
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.solver.sliding.validity import Flag, advice_on, flags_in
+from nanoslip.solver.sliding.validity import Flag, advice_on, decode_flags
 from nanoslip.study import api
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
-from nanoslip.study.plan.cost import expected_displacement
-from nanoslip.study.plan.expectations import duration_lines, expected_lines, out_of_reach, outlook_of
+from nanoslip.study.plan.cost import estimate_displacement
+from nanoslip.study.plan.expectations import duration_lines, flag_prediction_lines, out_of_reach, plan_outlook
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report.summary import flag_summary, scalar_table
@@ -49,7 +49,7 @@ FOUND = [["few_nodes", "", "whole_slab large_strain"], ["few_nodes", "whole_slab
 
 def expected(plan: Plan) -> list[str]:
     """All that is expected but the width of contacts."""
-    return [line for line in expected_lines(plan, outlook_of(plan)) if not line.startswith("contacts of")]
+    return [line for line in flag_prediction_lines(plan, plan_outlook(plan)) if not line.startswith("contacts of")]
 
 
 def computed(folder: Path, text: str) -> xr.Dataset:
@@ -85,7 +85,7 @@ def test_the_dataset_holds_flags_as_cf_has_them_and_the_advice(mapped):
     assert found["validity_flags"].dtype == np.int32
     assert names(found) == FOUND
     for mask, advice in zip(found["validity_flags"].values.flat, found["advice"].values.flat, strict=True):
-        assert advice == advice_on(flags_in(int(mask)))
+        assert advice == advice_on(decode_flags(int(mask)))
     assert set(found["outcome"].values.flat) <= {"completed", "no_plateau"}  # flags are no failures
     small, *whole = found["contact_half_width"].squeeze().values[1].tolist()
     assert small == pytest.approx(2.9 / 32, abs=0.3 / 32)  # Hertz's, to a third of a spacing
@@ -102,7 +102,7 @@ def test_expected_flags_have_the_contacts_width_beside_them_and_cases_in_si(tmp_
     text = 'stages = ["contact"]\naxes.normal_load = ["0.4 N", "1.333 N"]\nconstants.radius = "5 mm"\n'
     text += 'constants.poisson = 0.5\nscales.slab_width = "1.2 mm"\nscales.young_modulus = "8 MPa"\n'
     plan = planned(tmp_path, text + 'numerics.scheme = "half_space"\nnumerics.n_x = 33\n')
-    *flags, width = expected_lines(plan, outlook_of(plan))
+    *flags, width = flag_prediction_lines(plan, plan_outlook(plan))
     assert any(line.startswith("outgrown: 1 of 2 cases, first normal_load = 1.333 N") for line in flags)
     assert "0.43 to 0.65 L_x (520.0 μm to 776.7 μm)" in width.replace("520 μm", "520.0 μm")
 
@@ -218,7 +218,7 @@ def test_a_plan_knows_about_how_far_a_pin_goes(changes, low, high):
     case = replace(Case(radius=1000.0, normal_load=2e-4, slab=Slab(33)), **changes)
     record = slide(case, surface_compliance(case.slab))
     assert record.outcome.ok
-    assert low <= expected_displacement(case) / record.final_displacement <= high
+    assert low <= estimate_displacement(case) / record.final_displacement <= high
 
 
 def test_a_drive_that_is_too_short_to_slip_is_named_with_what_it_needs():

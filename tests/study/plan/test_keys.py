@@ -19,7 +19,14 @@ from nanoslip.solver.parameter import declared
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, record_task, states_task
-from nanoslip.study.plan.task import OF_CONTACT, OF_RECORD, Exclusion, deciding_fields, dotted_fields, without_effect
+from nanoslip.study.plan.task import (
+    OF_CONTACT,
+    OF_RECORD,
+    Exclusion,
+    deciding_fields,
+    ineffective_parameters,
+    list_dotted_fields,
+)
 from tests.study.plan.running import CASE, DRIVE
 
 BASES = {
@@ -99,7 +106,7 @@ def test_every_field_of_a_case_is_in_the_key_or_excluded_with_a_reason(kind):
     assert all(each.reason for each in exclusions)
     seen = set()
     for label, base in BASES.items():
-        for path, _ in dotted_fields(base):
+        for path, _ in list_dotted_fields(base):
             other = changed(base, path)
             if other is None:
                 continue
@@ -110,18 +117,18 @@ def test_every_field_of_a_case_is_in_the_key_or_excluded_with_a_reason(kind):
             else:
                 assert same == (excluded(base, path, exclusions) and excluded(other, path, exclusions)), (label, path)
     # No field that this walk does not know how to change.
-    assert seen == {path for base in BASES.values() for path, _ in dotted_fields(base)}
+    assert seen == {path for base in BASES.values() for path, _ in list_dotted_fields(base)}
 
 
 def test_every_field_of_a_drive_is_in_its_key():
     seen = set()
     for base in DRIVES:
-        for path, _ in dotted_fields(base):
+        for path, _ in list_dotted_fields(base):
             other = changed(base, path)
             if other is not None:
                 seen.add(path)
                 assert drive_task(Case(), other).key != drive_task(Case(), base).key, path
-    assert seen == {path for base in DRIVES for path, _ in dotted_fields(base)}
+    assert seen == {path for base in DRIVES for path, _ in list_dotted_fields(base)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,11 +196,11 @@ def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only():
 
 def test_parameters_without_effect_are_named_as_a_campaign_names_them():
     always = {"loads", "measured_loads", *declared(LoadPath)}
-    assert without_effect(Case()) == {"half_width", "start_y", "distribution", "seed", *always}
-    punch = without_effect(Case(pin="flat_punch", heterogeneity=Heterogeneity(spread=0.1)))
+    assert ineffective_parameters(Case()) == {"half_width", "start_y", "distribution", "seed", *always}
+    punch = ineffective_parameters(Case(pin="flat_punch", heterogeneity=Heterogeneity(spread=0.1)))
     assert punch == {"radius", "start_y", *always}
-    assert "cycles" in without_effect(Case(path=LoadPath(slid=1.0)))
-    assert not without_effect(Case(path=LoadPath(amplitude=1.0))) & {*declared(LoadPath)}
-    uncoupled = without_effect(Case(effects=Effects(coupling=False)), OF_CONTACT)
+    assert "cycles" in ineffective_parameters(Case(path=LoadPath(slid=1.0)))
+    assert not ineffective_parameters(Case(path=LoadPath(amplitude=1.0))) & {*declared(LoadPath)}
+    uncoupled = ineffective_parameters(Case(effects=Effects(coupling=False)), OF_CONTACT)
     assert {"intrinsic_friction", "slip_order", "residual_shear", "event_floor", "max_events"} <= uncoupled
     assert uncoupled <= set(Case().flat)

@@ -19,13 +19,13 @@ from nanoslip.study.plan.kinds import (
     MEMBER,
     compliance_task,
     contact_task,
-    quantities_of,
     record_scalars_task,
     record_task,
+    result_quantities,
     states_task,
     statistics_task,
 )
-from nanoslip.study.run.compute import compliance_of, records_in, run_task
+from nanoslip.study.run.compute import compliance_of, member_records, run_task
 from tests.study.plan.running import CASE, drive, first, planned, run, slid
 
 
@@ -34,7 +34,7 @@ def test_no_two_numbers_of_a_kind_have_one_name(kind):
     found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
     for along in {"", *(ragged.sample for ragged in kind.ragged)} - {MEMBER}:
         keys = [key for key, quantity in found if quantity.along == along]
-        assert len(keys) == len(set(keys)) == len(quantities_of(kind, along)), along
+        assert len(keys) == len(set(keys)) == len(result_quantities(kind, along)), along
     names = [(quantity.along, quantity.name) for _, quantity in found]
     assert len(names) == len(set(names))
 
@@ -118,7 +118,7 @@ def test_the_numbers_are_those_of_all_members_together():
     ensemble = Ensemble(members)
     compliance, record = compliance_task(CASE.slab), record_task(CASE, ensemble)
     result = run(compliance, record, statistics_task(CASE, ensemble))
-    records = records_in(run(compliance, record))
+    records = member_records(run(compliance, record))
     expected, bins = event_distributions(records)
     assert result.outcome.ok
     assert len(records) == members

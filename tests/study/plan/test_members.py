@@ -10,7 +10,7 @@ import pytest
 from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from nanoslip.solver.ensemble import Ensemble, change_by, mean_of
+from nanoslip.solver.ensemble import Ensemble, mean_of, omission_error
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
 from nanoslip.solver.parameter import SHARED_ERROR, quantity
 from nanoslip.solver.slab import Slab
@@ -25,10 +25,10 @@ from nanoslip.study.plan.kinds import (
     Part,
     compliance_task,
     drive_task,
-    names_of,
     record_scalars_task,
     record_task,
     statistics_task,
+    uncertain_names,
 )
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.run import compute
@@ -231,7 +231,7 @@ def test_of_no_members_there_are_no_numbers():
 @pytest.mark.parametrize(("name", "stage"), KNOWABLE.items())
 def test_whatever_can_be_a_target_is_a_number_of_a_kind_of_its_stage(name, stage):
     kinds = {"contact": KINDS["contact"], "slip": RECORD, "dynamics": DRIVES}
-    assert name in names_of(kinds[stage])
+    assert name in uncertain_names(kinds[stage])
 
 
 PAPERS = Case(slab=Slab(33), max_events=None, max_presliding=4.0)
@@ -266,7 +266,7 @@ def test_members_beyond_the_first_two_are_pulled_without_teeth_where_that_is_all
     expected = whole.scalars["kinetic_friction"][:PAIRS] + plain.scalars["kinetic_friction"][PAIRS:count]
     assert spared.scalars["kinetic_friction"] == expected
     assert {compute.SPARED[int(word) - 1].name for word in spared.scalars["left_out"]} == {"teeth"}
-    stated = change_by(plain.scalars["kinetic_friction"][:PAIRS], whole.scalars["kinetic_friction"][:PAIRS])
+    stated = omission_error(plain.scalars["kinetic_friction"][:PAIRS], whole.scalars["kinetic_friction"][:PAIRS])
     assert set(spared.scalars["left_out_error"]) == {stated}
     assert 0.0 < stated < 0.015
 

@@ -13,7 +13,7 @@ from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
-from nanoslip.study.plan.expectations import need_of, outlook_of
+from nanoslip.study.plan.expectations import memory_need, plan_outlook
 from nanoslip.study.plan.kinds import KINDS
 from nanoslip.study.plan.plan import Plan, drive_outcome, ended, longest_chain_first, make_plan
 from nanoslip.study.plan.task import PENDING, Task
@@ -93,7 +93,7 @@ def test_a_contact_without_a_matrix_is_cheap_on_any_grid(tmp_path):
     """A hundred thousand nodes: megabytes and seconds, where a matrix would take 320 GB."""
     text = 'stages = ["contact"]\neffects.coupling = false\nnumerics.scheme = "half_plane"\nnumerics.n_x = 100001'
     (task,) = plan(tmp_path, text).tasks
-    assert need_of(task) < 5e8
+    assert memory_need(task) < 5e8
     assert task.cost < 10.0
 
 
@@ -268,6 +268,6 @@ def test_looking_ahead_at_a_case_more_is_little_work(scheme):
     for cases in (100, 300):
         radii = ", ".join(str(20.0 + number) for number in range(cases))
         plan, profile = make_plan(parse_manifest(Path("mine.toml"), text.format(scheme, radii), {})), cProfile.Profile()
-        profile.runcall(outlook_of, plan)
+        profile.runcall(plan_outlook, plan)
         calls[cases] = sum(entry.callcount for entry in profile.getstats())
     assert (calls[300] - calls[100]) / 200 < 200

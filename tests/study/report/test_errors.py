@@ -10,7 +10,7 @@ import pytest
 
 from nanoslip.study import api
 from nanoslip.study.dataset.table import one_case
-from nanoslip.study.report.summary import error_lines, errors_of
+from nanoslip.study.report.summary import error_lines, error_parts
 from nanoslip.study.toml_text import as_toml
 from tests.conftest import Main
 
@@ -26,7 +26,7 @@ SMALL: dict[str, Any] = {
 def test_starts_are_named_with_the_members_that_halve_their_part() -> None:
     few = {**SMALL, "ensemble": {"members": 4}}
     data = one_case(api.run(few, progress=False), {})
-    (error,) = errors_of(data, "plateau_mean", "about 1 s")
+    (error,) = error_parts(data, "plateau_mean", "about 1 s")
     assert error.source == "starts"
     shared, whole = (float(data[f"plateau_mean_{part}"]) for part in ("shared_error", "uncertainty"))
     assert error.share == pytest.approx(math.sqrt(whole**2 - shared**2) / float(data["plateau_mean"]))
@@ -45,7 +45,7 @@ def test_one_start_has_none_and_a_contact_that_of_its_starts() -> None:
     assert "± ?: a single start" in next(error_lines(data))
     contact = {"title": "x", "stages": ["contact"], "numerics": {"n_x": 65}, "ensemble": {"members": 3}}
     data = one_case(api.run(contact, progress=False), {})
-    assert [each.source for each in errors_of(data, "contact_half_width")] == ["starts"]
+    assert [each.source for each in error_parts(data, "contact_half_width")] == ["starts"]
 
 
 def test_a_number_that_no_member_has_is_not_known() -> None:

@@ -12,7 +12,7 @@ import xarray as xr
 from nanoslip.study.dataset.file import carrying
 from nanoslip.study.figures.shared import COLORS, column, image
 from nanoslip.study.report import page as report_page, summary
-from nanoslip.study.report.page import DARK, left_out, sizes_in_si, themed
+from nanoslip.study.report.page import DARK, left_out, sizes_in_si, theme_svg
 from nanoslip.study.results.store import StoreError
 
 
@@ -173,7 +173,7 @@ def drawn() -> object:
 
 
 def test_every_colour_is_a_variable_with_a_light_and_a_dark_value() -> None:
-    text = themed(image(drawn(), "svg").decode())
+    text = theme_svg(image(drawn(), "svg").decode())
     ElementTree.fromstring(text)
     style, _, rest = text.partition("</style>")
     assert not re.findall(rf"(?:fill|stroke): ?(?:{'|'.join(COLORS)}|#000000)", rest)
@@ -193,13 +193,16 @@ def data_of(text: str, name: str) -> str:
 
 def test_sections_of_one_figure_stand_side_by_side():
     sections = [report_page.Section("", (None,) * large, ()) for large in (3, 1, 1, 0, 2, 1)]  # type: ignore[arg-type]
-    found = [place for place, _ in report_page.placed(sections)]
+    found = [place for place, _ in report_page.place_sections(sections)]
     assert found == ["", "half", "half", "alone", "", "alone"]
 
 
 def test_symbols_have_their_indices_lowered_and_names_of_keys_stay_as_they_are() -> None:
     """And nothing of a title becomes HTML."""
-    assert str(report_page.lowered("R/L_x & W/(G·L_x·L_y) <b>")) == (
+    assert str(report_page.lower_subscripts("R/L_x & W/(G·L_x·L_y) <b>")) == (
         "R/L<sub>x</sub> &amp; W/(G·L<sub>x</sub>·L<sub>y</sub>) &lt;b&gt;"
     )
-    assert str(report_page.lowered("bottom_row, near_ends, _x, stick_slip")) == "bottom_row, near_ends, _x, stick_slip"
+    assert (
+        str(report_page.lower_subscripts("bottom_row, near_ends, _x, stick_slip"))
+        == "bottom_row, near_ends, _x, stick_slip"
+    )

@@ -26,9 +26,9 @@ from nanoslip.study.report.summary import (
     drive_summary,
     ending_lines,
     endings,
-    factored,
+    factor_out_columns,
     failure_summary,
-    formatted,
+    format_number,
     label_text,
     scalar_table,
     short_summary,
@@ -238,12 +238,12 @@ def test_a_column_that_never_changes_is_said_once_but_labels_and_endings_stay() 
     plateau = "0.2739 ± 0.0003"
     rows = ("1e5", "slides", plateau, "0.30", "–", "completed"), ("2e5", "slides", plateau, "0.31", "–", "completed")
     left = ("1e5", "0.30", "completed"), ("2e5", "0.31", "completed")
-    found, said = factored(Table(MANY, rows, 1, frozenset({1})))
+    found, said = factor_out_columns(Table(MANY, rows, 1, frozenset({1})))
     assert found == Table(("k (N/m)", "μ_s", "outcome"), left, 1, frozenset({1}))
     assert said == [f"In all rows: regime = slides, plateau F/W = {plateau}.", "Not known in any row: μ_k."]
     two = Table(("n_x", "drive", "events", "outcome"), (("17", "a", "5", "done"), ("17", "b", "5", "done")), 2)
     left = ("17", "a", "done"), ("17", "b", "done")
-    assert factored(two) == (Table(("n_x", "drive", "outcome"), left, 2), ["In all rows: events = 5."])
+    assert factor_out_columns(two) == (Table(("n_x", "drive", "outcome"), left, 2), ["In all rows: events = 5."])
 
 
 @pytest.mark.parametrize(
@@ -254,11 +254,11 @@ def test_a_column_that_never_changes_is_said_once_but_labels_and_endings_stay() 
     ],
 )
 def test_a_single_row_and_rows_that_differ_stay_as_they_are(table: Table) -> None:
-    assert factored(table) == (table, [])
+    assert factor_out_columns(table) == (table, [])
 
 
 def test_a_large_whole_number_is_written_whole_and_others_in_their_digits() -> None:
-    written = [formatted(value, 5) for value in (199880.0, 2000.0, 0.123456, 275649123.5, 1e30)]
+    written = [format_number(value, 5) for value in (199880.0, 2000.0, 0.123456, 275649123.5, 1e30)]
     assert written == ["199\N{NO-BREAK SPACE}880", "2000", "0.12346", "2.7565e+08", "1e+30"]
 
 

@@ -17,13 +17,13 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.study.plan.kinds import KINDS, contents_of
+from nanoslip.study.plan.kinds import KINDS, result_names
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.entry import ALIGNED, LEAST, MARK
 from nanoslip.study.results.store import FOLDER
 
-_PLATEAU, _EVENTS, _COLUMNS = contents_of(KINDS["record"])[1:4]
+_PLATEAU, _EVENTS, _COLUMNS = result_names(KINDS["record"])[1:4]
 _NAMES: Final = sorted(each for part in (_PLATEAU, _EVENTS, _COLUMNS) for each in part.scalars | part.undeclared)
 RECORD: Final = TaskResult(
     "0123456789abcdef0123",

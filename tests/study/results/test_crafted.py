@@ -9,7 +9,7 @@ import pytest
 
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.results.entry import ALIGNED, LEAST, CorruptResultError, packed, path_of, read_head
+from nanoslip.study.results.entry import ALIGNED, LEAST, CorruptResultError, pack_result, read_head, result_path
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.executor import executor
 from tests.study.results.results import COMPLIANCE, forged, same
@@ -81,7 +81,7 @@ def contact(tmp_path_factory):
 
 def crafted(result, edit):
     """The entry of a result that was edited, with right checksums."""
-    content = packed(result)
+    content = pack_result(result)
     head = read_head(BytesIO(content))
     begin = head.length - head.numbers
     meta, table = (json.loads(content[slice(*each)]) for each in ((LEAST, begin), (begin, begin + head.table)))
@@ -103,7 +103,7 @@ def test_what_cannot_be_used_is_computed_again_and_kept(tmp_path, contact, share
         (log,) = store.folder.glob("*.log")
         content = crafted(contact, edit)
         if shared:
-            path_of(store.folder, contact.key).write_bytes(content)
+            result_path(store.folder, contact.key).write_bytes(content)
         else:
             log.write_bytes(content + log.read_bytes())
         later = Store(tmp_path / str(number))
@@ -123,9 +123,9 @@ def test_what_was_edited_by_nobody_is_read(tmp_path, contact):
     """The crafted entries are refused for their edits alone."""
     store = Store(tmp_path)
     store.prepare()
-    path_of(store.folder, contact.key).write_bytes(crafted(contact, lambda *_: None))
+    result_path(store.folder, contact.key).write_bytes(crafted(contact, lambda *_: None))
     assert store.read(contact.key).scalars == contact.scalars
-    path_of(store.folder, contact.key).write_bytes(crafted(contact, EDITS[0]))
+    result_path(store.folder, contact.key).write_bytes(crafted(contact, EDITS[0]))
     with pytest.raises(CorruptResultError):
         store.read(contact.key)
 
@@ -138,7 +138,7 @@ def test_the_next_run_computes_what_a_run_cannot_use(main, campaign, finished):
     log = next((finished / "results").glob("*.log"))
     content = log.read_bytes()
     for key in drives[:3]:
-        entry = packed(store.read(key))
+        entry = pack_result(store.read(key))
         assert entry in content
         content = content.replace(entry, crafted(store.read(key), lambda _, table: table.update(scalars={})))
     log.write_bytes(content)

@@ -19,10 +19,10 @@ from nanoslip.study.results.entry import (
     CorruptResultError,
     LogWriter,
     TornError,
-    packed,
+    pack_result,
     read_head,
     require_whole,
-    result_of,
+    unpack_result,
 )
 from tests.study.results.results import ALL, NO_FILES, OTHER, RECORD, flipped, forged, same
 
@@ -30,8 +30,8 @@ META = b'{"kind": "record", "ending": "completed", "message": "", "origins": []}
 
 
 def written(folder, result):
-    path = own.path_of(folder, result.key)
-    files.write_whole(path, [packed(result)])
+    path = own.result_path(folder, result.key)
+    files.write_whole(path, [pack_result(result)])
     return path
 
 
@@ -40,7 +40,7 @@ def unpacked(content):
     head = read_head(file)
     numbers = file.read(head.numbers)
     require_whole(head, numbers)
-    return result_of(head, numbers)
+    return unpack_result(head, numbers)
 
 
 @pytest.mark.parametrize("result", ALL, ids=lambda result: result.kind)
@@ -51,7 +51,7 @@ def test_what_is_written_is_read_as_kernels_want_it_and_is_always_the_same_bytes
     known = replace(result, origins=(here(),))
     path = written(tmp_path, known)
     content = path.read_bytes()
-    assert packed(replace(known, scalars=dict(reversed(known.scalars.items())))) == content
+    assert pack_result(replace(known, scalars=dict(reversed(known.scalars.items())))) == content
     assert len(content) % ALIGNED == 0
     found = own.read_entry(path)
     assert same(found, known)
@@ -64,7 +64,7 @@ def test_what_is_written_is_read_as_kernels_want_it_and_is_always_the_same_bytes
 
 
 def test_no_bit_of_an_entry_changes_without_being_found_and_one_cut_short_anywhere_is_torn():
-    content = packed(RECORD)
+    content = pack_result(RECORD)
     for bit in range(8 * len(content)):
         with pytest.raises(CorruptResultError):
             unpacked(flipped(content, bit))
@@ -89,12 +89,12 @@ def test_results_that_have_changed_places_or_length_are_found(tmp_path):
 
 @NO_FILES
 def test_what_stands_where_a_result_belongs_is_named_and_stops_nothing(tmp_path, no_file):
-    path = own.path_of(tmp_path, RECORD.key)
+    path = own.result_path(tmp_path, RECORD.key)
     no_file(path)
     his = [mine.read_text() for mine in tmp_path.glob("*/mine")]
     with pytest.raises(CorruptResultError, match=path.name):
         own.read_entry(path)
-    files.write_whole(path, [packed(RECORD)])
+    files.write_whole(path, [pack_result(RECORD)])
     assert same(own.read_entry(path), RECORD)
     assert [mine.read_text() for mine in tmp_path.glob("*/mine")] == his
 
@@ -126,15 +126,15 @@ def test_what_is_no_result_in_spite_of_its_checksums_is_corrupt(meta, table):
 
 def test_what_no_result_holds_is_refused():
     with pytest.raises(ValueError, match="no key"):
-        packed(replace(RECORD, key="short"))
+        pack_result(replace(RECORD, key="short"))
     with pytest.raises(ValueError, match="objects"):
-        packed(replace(RECORD, arrays={"words": np.array(["a", None], dtype=object)}))
+        pack_result(replace(RECORD, arrays={"words": np.array(["a", None], dtype=object)}))
 
 
 def test_a_writer_that_dies_leaves_the_old_file_and_no_new_one(tmp_path):
     path = tmp_path / "file"
     path.write_text("old")
-    with pytest.raises(KeyboardInterrupt), files.written_whole(path) as scratch:  # noqa: PT012
+    with pytest.raises(KeyboardInterrupt), files.writing_whole(path) as scratch:  # noqa: PT012
         scratch.write_text("half of the n")
         raise KeyboardInterrupt
     assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("file", "old")]
@@ -145,7 +145,7 @@ def test_the_mode_of_what_is_written_is_what_the_umask_leaves(tmp_path, umask, m
     before = os.umask(umask)
     try:
         written(tmp_path, RECORD)
-        LogWriter(tmp_path).add(packed(RECORD))
+        LogWriter(tmp_path).add(pack_result(RECORD))
     finally:
         os.umask(before)
     assert [stat.S_IMODE(path.stat().st_mode) for path in tmp_path.iterdir()] == [mode, mode]

@@ -236,7 +236,7 @@ def test_a_run_is_known_to_live_where_the_times_of_names_are_remembered(tmp_path
 
 def test_nothing_is_written_through_a_link_that_has_the_name_of_a_scratch_file(tmp_path, monkeypatch):
     monkeypatch.setattr("secrets.token_hex", lambda number: "0" * 2 * number)
-    scratch, foreign = files.scratch_beside(tmp_path / FILE), tmp_path / "foreign"
+    scratch, foreign = files.make_scratch(tmp_path / FILE), tmp_path / "foreign"
     scratch.unlink()
     foreign.write_text("precious")
     scratch.symlink_to(foreign)

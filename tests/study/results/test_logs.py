@@ -17,14 +17,14 @@ from nanoslip.study.results.entry import (
     LogWriter,
     ResultFormatError,
     TornError,
-    packed,
+    pack_result,
     scan,
 )
 from tests.study.results.results import ALL, OTHER, RECORD, flip, flipped, forged
 
 META = b'{"kind": "record", "ending": "completed", "message": "", "origins": []}'
 KEYS = [result.key for result in ALL]
-ENTRIES = [packed(result) for result in ALL]
+ENTRIES = [pack_result(result) for result in ALL]
 NAME = f"000001-{16 * 'a'}{LOGS}"
 
 
@@ -135,7 +135,7 @@ def test_what_stands_before_and_behind_results_is_passed(log):
 
 
 def test_what_is_being_written_is_not_yet_there_and_nothing_is_said(tmp_path, capsys):
-    logs, content = Logs(tmp_path, whole=True), packed(RECORD) + packed(OTHER)
+    logs, content = Logs(tmp_path, whole=True), pack_result(RECORD) + pack_result(OTHER)
     (tmp_path / NAME).write_bytes(content[:-1])
     assert logs.find(OTHER.key) is None
     (tmp_path / NAME).write_bytes(content)
@@ -212,7 +212,7 @@ def test_a_log_of_another_format_is_refused_and_stays_as_it_is(tmp_path, content
 
 
 def test_a_changed_bit_of_the_number_of_the_format_is_damage(tmp_path):
-    (tmp_path / NAME).write_bytes(packed(RECORD).replace(b"nslip 1", b"nslip 3", 1) + packed(OTHER))
+    (tmp_path / NAME).write_bytes(pack_result(RECORD).replace(b"nslip 1", b"nslip 3", 1) + pack_result(OTHER))
     logs = Logs(tmp_path, whole=True)
     logs.mend()
     assert set(logs.places) == {OTHER.key}

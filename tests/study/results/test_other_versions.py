@@ -14,10 +14,10 @@ from nanoslip.study.api import run
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds import KINDS, quantities_of
+from nanoslip.study.plan.kinds import KINDS, result_quantities
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.results.entry import ENDING, packed, path_of, read_head, result_of
+from nanoslip.study.results.entry import ENDING, pack_result, read_head, result_path, unpack_result
 from nanoslip.study.results.store import Store
 from tests.study.results.results import written
 
@@ -60,7 +60,7 @@ def rewrite(out: Path, change: Change) -> None:
         path.unlink()
     other = Store(out)
     for result in found:
-        other.write(change(result), shared=path_of(other.folder, result.key).exists())
+        other.write(change(result), shared=result_path(other.folder, result.key).exists())
     other.close()
 
 
@@ -133,11 +133,11 @@ class Older(Store):
         found = super().find(key)
         if found is None:
             return found
-        lost = [name for name in self.lacking if name in quantities_of(KINDS[found.kind])]
+        lost = [name for name in self.lacking if name in result_quantities(KINDS[found.kind])]
         names = (*lost, *(f"{name}{SHARED_ERROR}" for name in lost))
-        content = BytesIO(packed(without(*names)(found)))
+        content = BytesIO(pack_result(without(*names)(found)))
         head = read_head(content)
-        return result_of(head, content.read())
+        return unpack_result(head, content.read())
 
 
 MADE_OF: Final = {
@@ -155,7 +155,7 @@ def test_numbers_that_are_missing_cost_no_others(whole, half):
     plan, store = make_plan(load_manifest(whole / "campaign.toml")), Older(whole / "out")
     expected = collect(plan, store)
     results = [store.read(key) for key in store.finished()]
-    declared = {name: each for result in results for name, each in quantities_of(KINDS[result.kind]).items()}
+    declared = {name: each for result in results for name, each in result_quantities(KINDS[result.kind]).items()}
     held = sorted(declared.keys() & {name for result in results for name in result.scalars})
     assert len(held) > 10
     store.lacking = held[half::2]

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import pytest
 
 from nanoslip.study.results import attempts, entry as own, files
-from nanoslip.study.results.entry import CorruptResultError, Meta, packed
+from nanoslip.study.results.entry import CorruptResultError, Meta, pack_result
 from nanoslip.study.results.store import Store, StoreError
 from tests.study.results.results import ALL, COMPLIANCE, OTHER, RECORD, flip, forbidden, same
 
@@ -75,7 +75,7 @@ def test_what_is_computed_again_counts(store, before, shared):
 def test_an_unsound_result_is_named_and_its_repetition_counts(store, shared, capsys):
     for result in (OTHER, RECORD):
         store.write(result, shared)
-    path = own.path_of(store.folder, RECORD.key) if shared else next(store.folder.iterdir())
+    path = own.result_path(store.folder, RECORD.key) if shared else next(store.folder.iterdir())
     flip(path, 8 * path.stat().st_size - 8 * 100)
     later = again(store)
     later.prepare()
@@ -93,7 +93,7 @@ def test_an_unsound_result_is_named_and_its_repetition_counts(store, shared, cap
 
 def test_a_damaged_file_is_read_from_a_log_where_that_has_it_and_named_where_none_has(store):
     store.write(RECORD, shared=True)
-    path = own.path_of(store.folder, RECORD.key)
+    path = own.result_path(store.folder, RECORD.key)
     content = path.read_bytes()
     path.write_bytes(content[:-1])
     with pytest.raises(CorruptResultError, match=path.name):
@@ -174,7 +174,7 @@ def test_what_results_say_of_themselves_is_found_in_files_and_logs_alike(store):
     """And counted once where a result is in both."""
     store.write(RECORD)
     store.write(COMPLIANCE, shared=True)
-    files.write_whole(own.path_of(store.folder, RECORD.key), [packed(RECORD)])
+    files.write_whole(own.result_path(store.folder, RECORD.key), [pack_result(RECORD)])
     said = store.metas()
     assert dict(said) == {each.key: Meta(each.kind, each.outcome, each.origins) for each in (RECORD, COMPLIANCE)}
     assert [key for key, _ in store.seals()] == sorted(said)

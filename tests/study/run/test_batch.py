@@ -12,8 +12,17 @@ from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.results.files import Shard
-from nanoslip.study.run.batch import Job, Site, SiteError, array_script, load_site, merge_script, script, seconds_of
-from nanoslip.study.run.campaign import blocks_of, finished_with, part
+from nanoslip.study.run.batch import (
+    Job,
+    Site,
+    SiteError,
+    array_script,
+    load_site,
+    merge_script,
+    parse_time_limit,
+    script,
+)
+from nanoslip.study.run.campaign import part, skippable_tasks, task_blocks
 from tests.conftest import ROOT, SMALL
 
 RECORDED = Path(__file__).with_name("job.sh")
@@ -59,7 +68,7 @@ def test_shards_cost_about_the_same_and_neighbours_share_a_slab_in_most(plan):
 
 @given(weights=st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=40), count=st.integers(1, 50))
 def test_no_block_is_empty_that_need_not_be_and_none_is_heavier_than_the_mean_by_more_than_one_weight(weights, count):
-    blocks = blocks_of(weights, count)
+    blocks = task_blocks(weights, count)
     assert blocks == sorted(blocks)  # neighbours together
     assert set(blocks) == set(range(min(count, len(weights))))
     heaviest = max(sum(w for w, block in zip(weights, blocks, strict=True) if block == each) for each in set(blocks))
@@ -75,15 +84,15 @@ def test_ensembles_of_which_one_costs_most_leave_no_shard_empty():
 
 def test_of_what_was_merged_only_what_a_task_still_reads_is_computed_again(plan):
     everything = {task.key: 0 for task in plan.tasks}
-    assert finished_with(plan, {}, everything) == everything
+    assert skippable_tasks(plan, {}, everything) == everything
     drive = next(task for task in plan.tasks if task.kind == "drive")
     needed, needs = {drive.key}, {task.key: task.needs for task in plan.tasks}
     for _ in range(3):  # a drive, its record, its compliance
         needed |= {need for key in needed for need in needs[key]}
     without = {key: 0 for key in everything if key != drive.key}
-    assert everything.keys() - finished_with(plan, {}, without).keys() == needed
+    assert everything.keys() - skippable_tasks(plan, {}, without).keys() == needed
     own = {key: 1 for key in needed if key != drive.key}
-    assert finished_with(plan, own, without) == {**without, **own}
+    assert skippable_tasks(plan, own, without) == {**without, **own}
 
 
 def test_the_script_is_the_recorded_one():
@@ -222,7 +231,7 @@ def test_all_mistakes_of_the_settings_are_named_at_once(tmp_path):
     ],
 )
 def test_times_are_those_that_slurm_reads(time, seconds):
-    assert seconds_of(time) == pytest.approx(seconds, nan_ok=True)
+    assert parse_time_limit(time) == pytest.approx(seconds, nan_ok=True)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import RunRecord
 from nanoslip.study.run import executor, journal as journal_module
 from nanoslip.study.run.dispatch import RunTally
-from nanoslip.study.run.journal import Journal, measured_in
+from nanoslip.study.run.journal import Journal, read_task_times
 from tests.study.run.defects import crashing
 from tests.study.run.made_up import Work
 
@@ -53,7 +53,7 @@ def test_it_notes_what_tasks_with_a_result_took_and_says_so_at_ever_longer_inter
     (run,) = runs.read_runs(tmp_path)
     assert run.ended == ""
     assert run.kinds["record"][0] >= 500
-    assert measured_in(tmp_path).factor("record") == 2.0
+    assert read_task_times(tmp_path).factor("record") == 2.0
     journal.computed(RunTally(1000))
     journal.end(0)
     assert runs.read_runs(tmp_path)[0].kinds == {"record": [1000, 500.0, 1000.0]}
@@ -65,7 +65,7 @@ def test_what_other_software_took_is_not_compared_with_the_predictions_of_this(t
     )
     for run in (mine, replace(mine, run="c", nanoslip="0.1", kinds={"record": [1, 1.0, 100.0]})):
         runs.add_run(tmp_path, run)
-    assert measured_in(tmp_path, tmp_path).as_data() == {"record": [1, 1.0, 2.0]}
+    assert read_task_times(tmp_path, tmp_path).as_data() == {"record": [1, 1.0, 2.0]}
 
 
 def test_it_names_software_machine_and_job(tmp_path, monkeypatch):

@@ -17,7 +17,7 @@ from nanoslip.study.plan.kinds import record_task
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.run import warm_up
 from nanoslip.study.run.compute import run_task
-from nanoslip.study.run.warm_up import WarmUp, made_up, miniatures
+from nanoslip.study.run.warm_up import WarmUp, make_record, miniatures
 from tests.conftest import ROOT, SMALL
 
 
@@ -42,7 +42,7 @@ def test_each_miniature_of_the_campaigns_in_the_repository_completes(campaign):
     for tasks in (every, [task for task in every if task.drive]):
         results = {}
         for task in miniatures(tasks):
-            needs = {key: made_up(key) if task.drive else results[key] for key in task.needs}
+            needs = {key: make_record(key) if task.drive else results[key] for key in task.needs}
             outcome = results.setdefault(task.key, run_task(task, needs)).outcome
             assert outcome.usable, outcome
             assert not task.drive or outcome.ending is not Ending.NO_PLATEAU  # nothing integrated

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.contact.closed_forms import winkler_half_width
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.pin import expected_half_width, node_friction
+from nanoslip.solver.contact.pin import estimate_half_width, node_friction
 from nanoslip.solver.elasticity.compliance import conditioning, surface_compliance
 from nanoslip.solver.elasticity.grid_scheme import stiffness
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide_to_state
-from nanoslip.solver.sliding.validity import expected_flags
+from nanoslip.solver.sliding.validity import predict_flags
 from nanoslip.study.accuracy.operators import discretizations
 
 Vector = NDArray[np.float64]
@@ -69,7 +69,7 @@ def test_neither_height_nor_poisson_matters() -> None:
         surface_compliance(Slab(17, height, nu, scheme="chain")).matrix for height, nu in ((1, 0.0), (7, 0.4))
     )
     np.testing.assert_array_equal(one, other)
-    flat, tall = (expected_flags(Case(slab=Slab(129, height, scheme="chain"))) for height in (1e-4, 1.0))
+    flat, tall = (predict_flags(Case(slab=Slab(129, height, scheme="chain"))) for height in (1e-4, 1.0))
     assert flat == tall
 
 
@@ -139,7 +139,7 @@ def test_a_parabola_presses_springs_by_its_own_height(start: float) -> None:
     expected = np.maximum(20.0 * (state.approach - x**2 / (2.0 * case.radius)), 0.0)
     np.testing.assert_allclose(state.pressure, expected, atol=1e-12)
     a = winkler_half_width(case.normal_load, case.radius, 20.0)
-    assert a == expected_half_width(case)
+    assert a == estimate_half_width(case)
     assert state.approach == pytest.approx(a**2 / (2.0 * case.radius), rel=1e-3)  # the sum over nodes for the integral
     assert 0.5 * case.slab.spacing * state.contact.sum() == pytest.approx(a, abs=case.slab.spacing)
     assert not state.shear.any()
