@@ -22,8 +22,8 @@ from nanoslip.solver.parameter import (
     Parameter,
     Roughness,
     declared,
+    merge_parameters,
     parameter,
-    parameters_of,
     refuse_unknown,
     require,
     validate,
@@ -517,4 +517,4 @@ def _of(kind: type, parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 def parameters_of_a_case() -> Mapping[str, Parameter]:
     """Every parameter of a case by name: its own, its slab's, those of all schemes, and those of its other parts."""
-    return parameters_of(Case, Slab, *SCHEMES.values(), *PARTS.values())
+    return merge_parameters(Case, Slab, *SCHEMES.values(), *PARTS.values())

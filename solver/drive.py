@@ -19,8 +19,8 @@ from nanoslip.solver.parameter import (
     Parameter,
     as_float,
     declared,
+    merge_parameters,
     parameter,
-    parameters_of,
     refuse_unknown,
     require,
     validate,
@@ -198,7 +198,7 @@ class Drive:
                 found = _FROM_SI[stated.scale](values[name], scales, time)
                 key, given = length if length and name == "duration" else (name, values[name])
                 own = given / values[name] * units[stated.scale] if values[name] else 1.0
-                values[name] = check_range(key, given, found, stated, own, " with this pin_mass and these scales")
+                values[name] = _check_range(key, given, found, stated, own, " with this pin_mass and these scales")
         return self.of(values)
 
 
@@ -210,7 +210,7 @@ _FROM_SI: Final[dict[str, Callable[[float, Scales, float], float]]] = {
 """Scale of a parameter -> its value in the solver's units, from SI; time: their unit of time, in s."""
 
 
-def check_range(key: str, given: float, value: float, stated: Parameter, own: float, note: str) -> float:
+def _check_range(key: str, given: float, value: float, stated: Parameter, own: float, note: str) -> float:
     """Check `value`, which is `given` in other units. Raises InvalidInput, in the key's units, if it is out of range.
 
     own: the unit of `value` in that of the key.
@@ -289,12 +289,12 @@ def convert_to_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[s
         require("stage_velocity", own, own > 0.0, f"stage_velocity > 0 with {TRAVEL}")
         duration = value / own
     stated = declared(Drive)["duration"]
-    return {**found, "duration": check_range(key, value, duration, stated, own, f" with this {others}")}
+    return {**found, "duration": _check_range(key, value, duration, stated, own, f" with this {others}")}
 
 
 def parameters_of_a_drive() -> Mapping[str, Parameter]:
     """Every parameter of a drive by name: its own and those of all integrators."""
-    return parameters_of(Drive, *INTEGRATORS.values())
+    return merge_parameters(Drive, *INTEGRATORS.values())
 
 
 def si_defaults() -> dict[str, Any]:

@@ -35,7 +35,7 @@ def _of_drive(key: str, off: Any, setting: str, name: str = "") -> Effect[Drive]
     )
 
 
-def case_effect(part: str, key: str, off: Any, setting: str) -> Effect[Case]:
+def _case_effect(part: str, key: str, off: Any, setting: str) -> Effect[Case]:
     """Declare an effect of a part of a case."""
     return Effect(
         key,
@@ -100,11 +100,11 @@ def make_plane_strain(case: Case) -> Case:
 
 
 OF_CASES: Final[tuple[Effect[Case], ...]] = (
-    case_effect("effects", "coupling", False, "effects.coupling = false"),
-    case_effect("effects", "pin_translation", False, "effects.pin_translation = false"),
-    case_effect("heterogeneity", "roughness", (), "no heterogeneity.roughness"),
-    case_effect("heterogeneity", "spread", 0.0, "heterogeneity.spread = 0"),
-    case_effect("slip_rule", "strength", 0.0, "slip.strength = 0"),
+    _case_effect("effects", "coupling", False, "effects.coupling = false"),
+    _case_effect("effects", "pin_translation", False, "effects.pin_translation = false"),
+    _case_effect("heterogeneity", "roughness", (), "no heterogeneity.roughness"),
+    _case_effect("heterogeneity", "spread", 0.0, "heterogeneity.spread = 0"),
+    _case_effect("slip_rule", "strength", 0.0, "slip.strength = 0"),
     Effect(
         "finite_slab",
         lambda case: not case.slab.scheme.bottomless,

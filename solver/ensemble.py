@@ -45,7 +45,7 @@ class Ensemble:
         """The case of a member, by its number from 0."""
         if self.members == 1:
             return case
-        drawn = chance_of(case, number, *_given_start(case))
+        drawn = draw_start(case, number, *_start_numbers(case))
         return self.moved(case, drawn._replace(seed=case.heterogeneity.seed + number * SEEDS))
 
     def moved(self, case: Case, chance: "Chance") -> Case:
@@ -86,7 +86,7 @@ class Ensemble:
         return Ensemble(min(FEWEST, self.members), places=self.places)
 
 
-def _given_start(case: Case) -> tuple[float, ...]:
+def _start_numbers(case: Case) -> tuple[float, ...]:
     """The start of a case as further numbers of a draw, so that members of cases with other starts are independent of each other:
     the same ones, moved together, would be no fair sample of all starts. None of the usual start at a node, which tells no
     cases apart."""
@@ -104,7 +104,7 @@ class Chance(NamedTuple):
     place_y: float
 
 
-def chance_of(case: Case, number: int, *further: float) -> Chance:
+def draw_start(case: Case, number: int, *further: float) -> Chance:
     """Place where a member comes down, in spacings from its case's start.
 
     Drawn by load, size of the pin and nodes, on which every result depends, and by further numbers: independent from one contact
@@ -121,14 +121,14 @@ def chance_of(case: Case, number: int, *further: float) -> Chance:
 def elsewhere(profile: Roughness, place: float, place_y: float = 0.0) -> Roughness:
     """A profile or image continued by its mirror image, again and again, at places in [0, 1) of its periods; of the same size."""
     image = make_image(profile)
-    xi, heights = shift_profile(image.xi, image.height, place)
+    xi, heights = _shift_profile(image.xi, image.height, place)
     if len(image.y) == 1:
         return Image(xi, image.y, heights).points
-    y, across = shift_profile(image.y, heights.T, place_y)
+    y, across = _shift_profile(image.y, heights.T, place_y)
     return Image(xi, y, across.T).points
 
 
-def shift_profile(xi: Floats, rows: Floats, place: float) -> tuple[Floats, ...]:
+def _shift_profile(xi: Floats, rows: Floats, place: float) -> tuple[Floats, ...]:
     """Knots ξ and the heights (rows, knots) of profiles continued by their mirror images, at a place of that period."""
     first, period = xi[0], 2.0 * np.ptp(xi)
     there = np.concatenate((xi, 2.0 * xi[-1] - xi[-2:0:-1]))
@@ -144,7 +144,7 @@ ALONE: Final = Ensemble()
 """One start: the case as it stands."""
 
 
-def needed(members: int) -> float:
+def fewest_members(members: int) -> float:
     """Smallest number of members with a value for a mean to be reported: half, and at least FEWEST (or all, if fewer)."""
     return max(min(FEWEST, members), members / 2.0)
 
@@ -177,7 +177,7 @@ def mean_of(values: ArrayLike, shared: Floats | float = 0.0) -> Mean:
     values = np.asarray(values, float)
     there = np.isfinite(values)
     having, most = there.sum(axis=-1), values.shape[-1]
-    enough = having >= needed(most)
+    enough = having >= fewest_members(most)
     # 1 where no mean is stated: nothing is divided by 0.
     count = np.where(enough, having, 1)
     mean = np.where(there, values, 0.0).sum(axis=-1) / count

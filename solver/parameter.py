@@ -287,13 +287,13 @@ def declared(kind: type) -> Mapping[str, Parameter]:
 
 def _completed(item: "dataclasses.Field[Any]", kind: Any) -> Parameter:
     stated: Parameter = item.metadata[_PARAMETER_KEY]
-    number = field_conversion(item.type) not in (None, bool)
+    number = _field_conversion(item.type) not in (None, bool)
     table = stated.table or getattr(kind, "TABLE", "")
     return replace(stated, table=table, unit=stated.unit or ("1" if number else ""))
 
 
 @lru_cache(maxsize=64)
-def settings_of(*kinds: type) -> Mapping[str, tuple[Any, ...]]:
+def family_settings(*kinds: type) -> Mapping[str, tuple[Any, ...]]:
     """Parameter of any of these types -> the types that have it: the settings of a family's members."""
     names = dict.fromkeys(name for kind in kinds for name in declared(kind))
     return MappingProxyType({name: tuple(kind for kind in kinds if name in declared(kind)) for name in names})
@@ -306,7 +306,7 @@ def require(name: str, value: object, allowed: bool, need: Need) -> None:
 
 
 @lru_cache(maxsize=64)  # asked for each of a campaign's cases; a kind that registers later is another key
-def parameters_of(*kinds: type) -> Mapping[str, Parameter]:
+def merge_parameters(*kinds: type) -> Mapping[str, Parameter]:
     """The parameters of several dataclasses together, by name, in their order."""
     return MappingProxyType({name: stated for kind in kinds for name, stated in declared(kind).items()})
 
@@ -353,7 +353,7 @@ class _Check(NamedTuple):
 
     @classmethod
     def of(cls, name: str, stated: Parameter, kind: Any) -> Self:
-        return cls(name, stated, type(None) in get_args(kind), choices_of(kind), field_conversion(kind))
+        return cls(name, stated, type(None) in get_args(kind), field_choices(kind), _field_conversion(kind))
 
     def taken(self, given: Any) -> Any:
         """The value in its declared type. Raises InvalidInput."""
@@ -378,7 +378,7 @@ _checks: dict[type, tuple[tuple[_Check, ...], Callable[[Any], Any], list[Any]]] 
 """Cache of `check` by type: the check of each field, the reader of all values, and the values accepted last."""
 
 
-def choices_of(kind: Any) -> tuple[str, ...]:
+def field_choices(kind: Any) -> tuple[str, ...]:
     """The words that a field of this type takes; none if it takes others than words."""
     literal = next((each for each in (kind, *get_args(kind)) if get_origin(each) is Literal), None)
     return get_args(literal) if literal is not None else ()
@@ -438,7 +438,7 @@ _CONVERSIONS: dict[Any, Callable[[str, Any], Any]] = {
 """Declared type -> how a value becomes of it."""
 
 
-def field_conversion(kind: Any) -> Any:
+def _field_conversion(kind: Any) -> Any:
     """The type, or the one beside None, to which values of a field are converted; None if they are not."""
     kinds = (kind, *(get_args(kind) if get_origin(kind) is not tuple else ()))
     return next((plain for plain in _CONVERSIONS if plain in kinds), None)
@@ -488,7 +488,7 @@ class Family(dict[str, type[T]]):
     def settings(self) -> Mapping[str, tuple[Any, ...]]:
         """Setting of any member -> the members that have it."""
         kinds: tuple[Any, ...] = tuple(self.values())
-        return settings_of(*kinds)
+        return family_settings(*kinds)
 
     def member(self, parameters: Mapping[str, Any], default: str) -> T:
         """The member that these parameters choose, with its settings among them. Raises InvalidInput for another's settings."""

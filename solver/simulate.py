@@ -14,7 +14,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.integrators import Pulled, disproportion
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
@@ -25,7 +25,7 @@ from nanoslip.solver.sliding.plateau import Plateau, plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.slider import interface
-from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, as_dataset, labelled
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, as_dataset, label_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,7 +59,9 @@ class DriveResult(Viewed):
         return *numbers, f"{len(self.motion.slip_time)} slips", ended
 
     def _labelled(self) -> Iterator[Labelled]:
-        return chain(labelled(self.motion), labelled(self.coefficients), labelled(self.plateau, Plateau.PREFIX))
+        return chain(
+            label_numbers(self.motion), label_numbers(self.coefficients), label_numbers(self.plateau, Plateau.PREFIX)
+        )
 
     def _factors(self) -> dict[str, float]:
         return {"normal_load": 1.0 / self.record.normal_load}
@@ -112,7 +114,7 @@ def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None)
     plateau = plateau_of(record)
     if wrong := disproportion(drive, record.initial_stiffness, plateau.mean * record.normal_load):
         warnings.warn(wrong, stacklevel=2)
-    return DriveResult(record, plateau, *measured(record, plateau, drive, contact_pull(case, drive)))
+    return DriveResult(record, plateau, *measure_motion(record, plateau, drive, contact_pull(case, drive)))
 
 
 def contact_pull(case: Case, drive: Drive, compliance: Compliance | None = None) -> Pulled | None:

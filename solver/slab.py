@@ -17,8 +17,8 @@ from nanoslip.solver.parameter import (
     Family,
     Parameter,
     declared,
+    merge_parameters,
     parameter,
-    parameters_of,
     refuse_unknown,
     require,
     validate,
@@ -166,7 +166,7 @@ class Slab:
 
 def parameters_of_a_slab() -> Mapping[str, Parameter]:
     """Every parameter of a slab by name: its own and those of all schemes."""
-    return parameters_of(Slab, *SCHEMES.values())
+    return merge_parameters(Slab, *SCHEMES.values())
 
 
 @lru_cache(maxsize=4)  # asked many times for each case, and few campaigns have more grids at a time

@@ -73,7 +73,7 @@ class Labels(OneLine):
         return as_dataset(self._labelled(), self._factors(), self._outcome())
 
     def _labelled(self) -> Iterator[Labelled]:
-        return labelled(self)
+        return label_numbers(self)
 
     def _factors(self) -> dict[str, float]:
         """`Quantity.per` -> what a number is multiplied with."""
@@ -102,7 +102,7 @@ class Viewed(Labels):
         raise NotImplementedError
 
 
-def labelled(value: object, prefix: str = "") -> Iterator[Labelled]:
+def label_numbers(value: object, prefix: str = "") -> Iterator[Labelled]:
     """Every number and column of a result that is declared as a quantity. prefix: of the variables' names."""
     kind: Any = type(value)
     for name, quantity in quantities(kind, prefix).items():
@@ -155,10 +155,10 @@ def with_error(number: float, uncertainty: float) -> str:
 
     The uncertainty has one significant digit, two where it begins with 1; the number ends at the same place.
     """
-    return " ± ".join(filter(None, rounded(number, uncertainty)))
+    return " ± ".join(filter(None, round_with_error(number, uncertainty)))
 
 
-def rounded(number: float, uncertainty: float) -> tuple[str, str]:
+def round_with_error(number: float, uncertainty: float) -> tuple[str, str]:
     """A number and its uncertainty as text, as in `with_error`; an infinite number or NaN has none."""
     if not np.isfinite(number):
         return f"{number:g}", ""

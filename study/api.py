@@ -21,8 +21,8 @@ from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor, file
 from nanoslip.study.dataset.collect import collect, dataset_hash, is_current_dataset, losses, write_state
-from nanoslip.study.dataset.file import loaded
-from nanoslip.study.dataset.join import joined
+from nanoslip.study.dataset.file import load_dataset
+from nanoslip.study.dataset.join import join_datasets
 from nanoslip.study.inference.campaign import make_question
 from nanoslip.study.inference.fit import MOST_COMPUTED, Fit, Target
 from nanoslip.study.manifest.cases import expand
@@ -30,7 +30,7 @@ from nanoslip.study.manifest.checker import read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import BETWEEN
 from nanoslip.study.manifest.problems import ManifestError
-from nanoslip.study.manifest.reader import load_manifest, named_files, parse_manifest
+from nanoslip.study.manifest.reader import files_in_campaign, load_manifest, parse_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.report.console import console
@@ -115,13 +115,13 @@ def run(
     >>> data.initial_contact_size.dims[-1], data.outcome.values.ravel().tolist()
     ('normal_load', ['completed', 'completed'])
     """
-    plan = make_plan(manifest_of(campaign))
+    plan = make_plan(read_campaign(campaign))
     with ExitStack() as stack:
         folder, farm = _computing(stack, out, jobs, comm)
         if not farm.root:
             return None
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
-        show, warn, journal = partial(_shown, progress), partial(_warn, 5), Journal(folder, "nanoslip.run")
+        show, warn, journal = partial(_is_progress_shown, progress), partial(_warn, 5), Journal(folder, "nanoslip.run")
         ended = compute_campaign(
             farm, plan, journal, lease, show, warn, recompute_foreign=recompute_foreign, retry=retry
         )
@@ -140,7 +140,7 @@ def run(
         if out is not None:
             return file.open_dataset(path)
         with file.open_dataset(path) as opened:
-            return loaded(opened)
+            return load_dataset(opened)
 
 
 def fit(
@@ -164,12 +164,12 @@ def fit(
     """
     targets = [Target(name, *given) for name, given in numbers.items()]
     ranges = vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
-    question = make_question(manifest_of(campaign), targets, ranges, fixed)
+    question = make_question(read_campaign(campaign), targets, ranges, fixed)
     question.check(Path("" if out is None else out))
     with ExitStack() as stack:
         folder, farm = _computing(stack, out, jobs)
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
-        show, warn = partial(_shown, progress), partial(_warn, 4)
+        show, warn = partial(_is_progress_shown, progress), partial(_warn, 4)
         return question.answer(
             lambda plan: compute_campaign(farm, plan, Journal(folder), lease, show, warn).store,
             folder,
@@ -195,7 +195,7 @@ def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
     """
     from nanoslip.study.run.compute import record_of_member  # noqa: PLC0415  other calls do without the solver's bodies
 
-    manifest = manifest_of(campaign)
+    manifest = read_campaign(campaign)
     possible = [each.case for each in expand(manifest) if each.case is not None]
     if strangers := selection.keys() - parameters_of_a_case().keys():
         raise KeyError(f"{sorted(strangers)[0]}: no parameter of a case")
@@ -244,7 +244,7 @@ def open(path: AnyPath, *, si: bool = False) -> xr.Dataset:
     if given.suffix == ".toml":
         raise StoreError(f"{path}: a campaign: needs results.nc, which its run writes, or the folder that it is in")
     dataset = file.open_dataset(given / file.FILE if given.is_dir() else given)
-    return accessor.along_si(dataset) if si else dataset
+    return accessor.lay_along_si(dataset) if si else dataset
 
 
 def concat(
@@ -267,10 +267,10 @@ def concat(
     names = [f"dataset {number}" if isinstance(each, xr.Dataset) else str(each) for number, each in enumerate(given, 1)]
     with ExitStack() as stack:
         roots = [each if isinstance(each, xr.Dataset) else stack.enter_context(open(each)) for each in given]
-        return joined(roots, names, holes=join == "outer", scalars=scalars)
+        return join_datasets(roots, names, holes=join == "outer", scalars=scalars)
 
 
-def manifest_of(campaign: Campaign) -> Manifest:
+def read_campaign(campaign: Campaign) -> Manifest:
     """Read a campaign: a file, the name of a shipped one, or a dict. Raises ManifestError."""
     need = "a file, a shipped campaign's name, or a dict"
     require("campaign", campaign, isinstance(campaign, Mapping | str | os.PathLike), need)
@@ -284,7 +284,7 @@ def manifest_of(campaign: Campaign) -> Manifest:
         text = as_toml(given)
     except TypeError as error:
         raise ManifestError.in_file(DICT, remark=str(error)) from None
-    named = {key: names for key, names in named_files(given).items() if key not in frames}
+    named = {key: names for key, names in files_in_campaign(given).items() if key not in frames}
     beside = {key: BETWEEN.join(read_text(Path(name)) for name in names) for key, names in named.items()}
     return parse_manifest(DICT, text, beside | frames)
 
@@ -302,7 +302,9 @@ def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
     return ProcessFarm(agents)
 
 
-def _shown(progress: bool | None, rest: Rest, ranks: int, measured: MeasuredTimes) -> AbstractContextManager[Report]:
+def _is_progress_shown(
+    progress: bool | None, rest: Rest, ranks: int, measured: MeasuredTimes
+) -> AbstractContextManager[Report]:
     """Show progress if requested, or if standard error is a terminal."""
     errors, tasks = console(stderr=True), rest.tasks
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)

@@ -39,15 +39,15 @@ def canonical_text(value: object) -> str:
         return str(value) if type(value) is int else json.dumps(value)  # which takes ten times as long
     if is_dataclass(value):
         kind = {"type": type(value).__name__}  # two types without fields differ
-        return canonical_mapping(kind | {item.name: getattr(value, item.name) for item in fields(value)})
+        return _canonical_mapping(kind | {item.name: getattr(value, item.name) for item in fields(value)})
     if isinstance(value, Mapping):
-        return canonical_mapping({str(key): item for key, item in value.items()})
+        return _canonical_mapping({str(key): item for key, item in value.items()})
     if isinstance(value, tuple | list):
         return f"[{','.join(map(canonical_text, value))}]"
     raise TypeError(f"{value!r}: no canonical form for {type(value).__name__}")
 
 
-def canonical_mapping(content: Mapping[str, object]) -> str:
+def _canonical_mapping(content: Mapping[str, object]) -> str:
     items = [f"{encode_basestring_ascii(key)}:{canonical_text(content[key])}" for key in sorted(content)]
     return f"{{{','.join(items)}}}"
 
@@ -92,7 +92,7 @@ class Texts:
 
     def __call__(self, value: Any) -> CanonicalText:
         """The text of what is to be written of a value."""
-        its = self._fields.get(type(value)) or self._fields.setdefault(type(value), canonical_fields(type(value)))
+        its = self._fields.get(type(value)) or self._fields.setdefault(type(value), _canonical_fields(type(value)))
         rest = its.rest(value)
         alike = (self._others(value), *map(id, rest))  # parts are shared, and hashed more slowly than all else is done
         found, _ = self._patterns.get(alike, (None, None))
@@ -105,7 +105,7 @@ class Texts:
         return CanonicalText(found.text % tuple([numbers[place].hex() for place in found.places]))
 
 
-def canonical_fields(kind: type) -> _Fields:
+def _canonical_fields(kind: type) -> _Fields:
     names = tuple(item.name for item in fields(kind) if item.type is float and item.name in declared(kind))
     rest = (item.name for item in fields(kind) if item.name not in names)
     return _Fields(names, attrgetter(*names, "__class__"), attrgetter(*rest, "__class__"))
@@ -113,6 +113,6 @@ def canonical_fields(kind: type) -> _Fields:
 
 def _pattern(content: Mapping[str, object], numbers: tuple[str, ...]) -> _Pattern:
     written = sorted(name for name in numbers if name in content)
-    text = canonical_mapping({**content, **dict.fromkeys(written, CanonicalText(_HOLE))})
+    text = _canonical_mapping({**content, **dict.fromkeys(written, CanonicalText(_HOLE))})
     places = tuple(numbers.index(name) for name in written)
     return _Pattern(text.replace("%", "%%").replace(_HOLE, _NUMBER), places)

@@ -47,7 +47,7 @@ def this_machine() -> dict[str, Any]:
         "blas": blas(),
         "mpi": _mpi(),
         "python": platform.python_version(),
-        "libraries": {name: provenance.installed_version(name) for name in BLAS_LIBRARIES},
+        "libraries": {name: provenance.distribution_version(name) for name in BLAS_LIBRARIES},
     }
 
 
@@ -196,7 +196,7 @@ def find_software() -> Origin:
         nanoslip_version=provenance.version(),
         source_hash=source_hash(source_files()),
         python_version=platform.python_version(),
-        **{f"{name}_version": provenance.installed_version(name) for name in ("numpy", "scipy", "numba")},
+        **{f"{name}_version": provenance.distribution_version(name) for name in ("numpy", "scipy", "numba")},
     )
 
 
@@ -216,7 +216,7 @@ def arithmetic() -> dict[str, str]:
 def source_files() -> tuple[Path, ...]:
     """The files that decide results."""
     solver = (path for folder in _folders(PACKAGE) for path in Path(folder).rglob("*.py"))
-    return (*solver, *(Path(os.path.realpath(locate_package(module).origin or "")) for module in BRIDGE))
+    return (*solver, *(Path(os.path.realpath(_locate_package(module).origin or "")) for module in BRIDGE))
 
 
 @lru_cache(maxsize=1)
@@ -228,10 +228,10 @@ def all_sources_hash() -> str:
 
 def _folders(package: str) -> list[str]:
     """Folders of a package: git follows no links."""
-    return [os.path.realpath(folder) for folder in locate_package(package).submodule_search_locations or ()]
+    return [os.path.realpath(folder) for folder in _locate_package(package).submodule_search_locations or ()]
 
 
-def locate_package(module: str) -> ModuleSpec:
+def _locate_package(module: str) -> ModuleSpec:
     found = importlib.util.find_spec(module)
     assert found is not None  # without it this would not run
     return found

@@ -24,7 +24,7 @@ def version(root: Path | None = None) -> str:
         project = tomllib.loads(description.read_text("utf-8")).get("project", {})
         if project.get("name") == DISTRIBUTION:
             return str(project["version"])
-    return installed_version(DISTRIBUTION)
+    return distribution_version(DISTRIBUTION)
 
 
 def source_commit(root: Path | None = None, within: Iterable[Path] = ()) -> str:
@@ -34,7 +34,7 @@ def source_commit(root: Path | None = None, within: Iterable[Path] = ()) -> str:
     """
     tree = root or _source_root()
     if not (tree / ".git").exists():
-        return wheel_commit(tree) or read_installed_commit()
+        return _wheel_commit(tree) or _read_installed_commit()
     commit = _git(tree, "rev-parse", "HEAD")
     if commit is None:
         return UNKNOWN
@@ -57,7 +57,7 @@ def _git(tree: Path, *arguments: str) -> str | None:
     return done.stdout.strip()
 
 
-def installed_version(name: str) -> str:
+def distribution_version(name: str) -> str:
     """Version of an installed distribution, or "unknown"."""
     try:
         return metadata.version(name)
@@ -65,13 +65,13 @@ def installed_version(name: str) -> str:
         return UNKNOWN
 
 
-def wheel_commit(root: Path) -> str:
+def _wheel_commit(root: Path) -> str:
     """The commit that a wheel names; empty if there is none."""
     path = root / "study" / COPIES / BUILT_FROM
     return path.read_text("utf-8").strip() if path.is_file() else ""
 
 
-def read_installed_commit() -> str:
+def _read_installed_commit() -> str:
     try:
         record = metadata.distribution(DISTRIBUTION).read_text("direct_url.json")
     except metadata.PackageNotFoundError:

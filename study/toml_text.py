@@ -82,7 +82,7 @@ def one_line(text: str) -> bool:
     )
 
 
-def shown(value: object) -> str:
+def quote_toml(value: object) -> str:
     """A value in the notation of TOML or nearly so, at most SHOWN characters."""
     try:
         text = float.__repr__(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)

@@ -48,7 +48,9 @@ samples = 5
 @pytest.fixture
 def campaign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Campaign:
     """A campaign with these lines, computed."""
-    monkeypatch.setattr(variables, "by_name", variables.by_name.__wrapped__)  # which remembers what was declared
+    monkeypatch.setattr(
+        variables, "variables_by_name", variables.variables_by_name.__wrapped__
+    )  # which remembers what was declared
 
     def computed(lines: str) -> tuple[Plan, xr.Dataset]:
         path = tmp_path / "toy.toml"

@@ -80,7 +80,7 @@ HOMES = {
 """Library -> the modules and folders that may use it; others may be used everywhere."""
 
 MOST_FILES, MOST_LINES, MOST_LINES_OF_CLASS = 25, 700, 200
-DEEPEST, MOST_ENTERED = 18, 86
+DEEPEST, MOST_ENTERED = 18, 89
 """What must be known: files on the longest chain of imports, and files whose functions the smallest campaign enters:
 two fewer if no kernel is compiled."""
 
@@ -194,19 +194,20 @@ def test_packages_have_one_name() -> None:
 APART = {
     "what users write: words, numbers, units, names": """commands.cli.work solver.parameter._short commands.datasets.assignments
         commands.infer commands.infer.read_numbers commands.infer.read_ranges figures.frames.parse_events figures.points._values
-        figures.points.points_named figures.shared.file_format measured.recording._words measured.units.pint_unit
-        manifest.vocabulary.beyond manifest.vocabulary.key_meant
+        figures.points.points_named figures.shared.file_format measured.recording._words measured.units._pint_unit
+        manifest.vocabulary.missing_physics manifest.vocabulary.key_meant
         manifest.vocabulary.otherwise results.files.Shard.parse run.batch run.batch.parse_time_limit""",
     "files of users": """measured.columns measured.columns._cells measured.columns._labels measured.columns._title
         measured.columns.read_cells measured.columns.read_columns manifest.surface""",
-    "files of this program, their names and hashes": """dataset.file dataset.table.listed dataset.texts dataset.texts.decode_texts
-        dataset.texts.encode_texts manifest.checker.NamedFiles._read results.entry results.entry.later
-        results.files results.files.read_lines results.store run.journal.interrupted_keys toml_text._key""",
-    "names and symbols": """dataset.variables.si_coordinates solver.compiling solver.view.labelled figures.gallery._number
+    "files of this program, their names and hashes": """dataset.file dataset.table.author_coordinates
+        dataset.texts dataset.texts.decode_texts dataset.texts.encode_texts manifest.checker.NamedFiles._read
+        results.entry results.entry.later
+        results.files results.files.read_lines results.store run.journal.long_task_keys toml_text._key""",
+    "names and symbols": """dataset.variables.si_coordinates solver.compiling solver.view.label_numbers figures.gallery._number
         figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
         manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.expectations._named
         plan.task._parameters run.child._other_software dataset.verify.Recomputed._scale""",
-    "digits of a number": "figures.points.format_value solver.view.rounded",
+    "digits of a number": "figures.points.format_value solver.view.round_with_error",
     "lines and words of a text that is shown": """notices.print_notice solver.outcome.Outcome.__post_init__ report.console
         report.console.print_error commands.judge.describe_variables report.page.theme_svg run.child.ChildProcess.last_words""",
     "what the machine lists": """origin._mpi origin.Origin.arithmetic processor.description processor.instructions

@@ -86,7 +86,7 @@ def _misses(dataset: xr.Dataset, stated: paper.Stated, name: str, friction: floa
 
 
 def of_starts(dataset: xr.Dataset, name: str, friction: float, scale: float = 1.0) -> Floats:
-    """A variable of every combination from every start: (choices ..., start), in the order of `axes_of`."""
+    """A variable of every combination from every start: (choices ..., start), in the order of `differing_axes`."""
     values = with_own_drive(dataset, dataset[name]).sel(intrinsic_friction=friction)
     single = [dim for dim in values.dims if values.sizes[dim] == 1 and dim != "start"]
     return np.asarray(scale * values.squeeze(single).transpose(*axes_of(dataset), "start").values)

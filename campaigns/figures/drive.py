@@ -18,9 +18,9 @@ from nanoslip.study.figures.shared import (
     CampaignFigure,
     Claim,
     ClosedForm,
-    closed_form as closed_form_of,
+    analytic_motion as closed_form_of,
+    campaign_scales,
     column,
-    shipped_scales,
     start_statistics,
 )
 
@@ -35,7 +35,7 @@ def closed_form(
 ) -> ClosedForm:
     """The motion that Eq. 16-19 give for the dataset's drive with these coefficients."""
     time = np.linspace(0.0, float(dataset["duration"]), samples + 1)
-    return closed_form_of(dataset, shipped_scales(dataset), time, kinetic, static, later_static)
+    return closed_form_of(dataset, campaign_scales(dataset), time, kinetic, static, later_static)
 
 
 def fitted(dataset: xr.Dataset, intrinsic_friction: float = 0.5, begin: float = 0.0) -> ClosedForm:
@@ -99,7 +99,7 @@ def damper_force(dataset: xr.Dataset) -> float:
 
 def load_of(dataset: xr.Dataset) -> float:
     """W in N."""
-    return float(dataset["normal_load"]) * shipped_scales(dataset).force
+    return float(dataset["normal_load"]) * campaign_scales(dataset).force
 
 
 def slip_times(dataset: xr.Dataset, intrinsic_friction: float = 0.5) -> tuple[Floats, Floats]:

@@ -16,9 +16,9 @@ from nanoslip.study.figures.shared import (
     CampaignFigure,
     Claim,
     Number,
+    campaign_scales,
     column,
-    marked,
-    shipped_scales,
+    series_style,
     start_mean,
     start_statistics,
 )
@@ -60,13 +60,13 @@ ROWS: Final = (
 
 def width_of(dataset: xr.Dataset, load: float) -> float:
     """L_x in m of a slab on which `PRINTED_LOAD` is this load in G·L_x·L_y."""
-    scales = shipped_scales(dataset)
+    scales = campaign_scales(dataset)
     return PRINTED_LOAD / (scales.shear_modulus * scales.slab_depth * load)
 
 
 def velocity_of(dataset: xr.Dataset, load: float) -> float:
     """V_o in m/s that is, in units of the dataset's slab, `PRINTED_VELOCITY` on the slab of this load."""
-    return PRINTED_VELOCITY * shipped_scales(dataset).slab_width / width_of(dataset, load)
+    return PRINTED_VELOCITY * campaign_scales(dataset).slab_width / width_of(dataset, load)
 
 
 def of_load(dataset: xr.Dataset, load: float) -> xr.Dataset:
@@ -93,7 +93,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     with column(4.0) as figure:
         for axes, rows in zip(figure.subplots(2, 1, sharex=True), shown, strict=True):
             for number, row in enumerate(rows):
-                axes.axhline(row.stated.value, color=marked(number)["color"], linestyle=":")
+                axes.axhline(row.stated.value, color=series_style(number)["color"], linestyle=":")
                 for dashes, support in zip(DASHES, dataset["support"].values.tolist(), strict=False):
                     values = [of_starts(dataset, row, load, support) for load in loads]
                     means, deviations = (
@@ -101,7 +101,9 @@ def draw(dataset: xr.Dataset) -> Figure:
                         [np.nanstd(each, ddof=1) for each in values],
                     )
                     label = f"{row.stated.meaning}, {support}"
-                    axes.errorbar(loads, means, deviations, label=typeset(label), **marked(number, linestyle=dashes))
+                    axes.errorbar(
+                        loads, means, deviations, label=typeset(label), **series_style(number, linestyle=dashes)
+                    )
             axes.set(xscale="log")
             axes.legend(fontsize=6)
         figure.axes[0].set_ylabel(typeset("plateau/μ_i"))

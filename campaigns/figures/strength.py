@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import CampaignFigure, Claim, column, exponent, marked
+from nanoslip.study.figures.shared import CampaignFigure, Claim, column, exponent, series_style
 
 
 class Series(NamedTuple):
@@ -100,9 +100,11 @@ def draw(dataset: xr.Dataset) -> Figure:
         above, below = figure.subplots(2, 1, sharex=True)
         for number, one in enumerate(series_of(dataset)):
             load = one.load / one.load[0]
-            above.errorbar(load, one.force / one.force[0], one.error / one.force[0], label=one.name, **marked(number))
+            above.errorbar(
+                load, one.force / one.force[0], one.error / one.force[0], label=one.name, **series_style(number)
+            )
             share, error = one.force / one.load, one.error / one.load
-            below.errorbar(load, share / share[0], error / share[0], **marked(number))
+            below.errorbar(load, share / share[0], error / share[0], **series_style(number))
         for power in (1.0, 2.0 / 3.0):
             above.plot(load, load**power, "k:", linewidth=0.8)
             below.plot(load, load ** (power - 1.0), "k:", linewidth=0.8)

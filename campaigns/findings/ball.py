@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, marked
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, series_style
 
 TICKS: Final = (50, 100, 200, 400)
 
@@ -39,7 +39,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         for number, nu in enumerate(dataset["poisson"].values):
             one = dataset.squeeze().sel(poisson=nu)
             ratio, error = one["plateau_ratio"].values, one["plateau_ratio_uncertainty"].values
-            line = marked(number, capsize=1.5)
+            line = series_style(number, capsize=1.5)
             axes.errorbar(one["initial_contact_size"].values, ratio, error, label=typeset(f"ν = {nu:.3g}"), **line)
         axes.set(xscale="log", xlabel="nodes in contact", ylabel=typeset("plateau/μ_i"))
         axes.set_xticks(TICKS, [f"{nodes}" for nodes in TICKS])

@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, marked, start_mean
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, series_style, start_mean
 
 VELOCITY: Final = "critical_velocity"
 """Variable of the velocity."""
@@ -34,7 +34,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         for number, scheme in enumerate(dataset["scheme"].values.tolist()):
             values = np.sort(of_starts(dataset, scheme))
             shares = np.linspace(0.0, 1.0, len(values))
-            axes.plot(shares, values, label=scheme, **marked(number, linestyle=""))
+            axes.plot(shares, values, label=scheme, **series_style(number, linestyle=""))
         axes.axhline(float(dataset[OWN]), linestyle=":", color="0.5", label="the paper's")
         axes.set(ylabel="critical velocity (m/s)", yscale="log", xlabel="share of starts with less")
         axes.legend()

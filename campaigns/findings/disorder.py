@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, marked
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, series_style
 
 
 def bodies(dataset: xr.Dataset) -> dict[str, xr.Dataset]:
@@ -47,7 +47,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         axes = figure.add_subplot()
         for number, (name, found) in enumerate(bodies(dataset).items()):
             ratio, error = found["plateau_ratio"].values, found["plateau_ratio_uncertainty"].values
-            axes.errorbar(found["spread"].values, ratio, error, label=name, **marked(number, capsize=1.5))
+            axes.errorbar(found["spread"].values, ratio, error, label=name, **series_style(number, capsize=1.5))
         axes.set(xlabel=typeset("spread of μ_i over the nodes"), ylabel=typeset("plateau/μ_i"))
         axes.legend()
     return figure

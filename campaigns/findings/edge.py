@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, exponent, marked
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, exponent, series_style
 
 
 def closed_form(spacing: float, kinetic: float) -> float:
@@ -81,7 +81,7 @@ def draw(dataset: xr.Dataset) -> Figure:
             cases = cases_of(dataset, residual)
             nodes = [nodes_of(case) for case in cases]
             values, errors = np.array([found(case) for case in cases]).T
-            style = marked(number, linestyle="", capsize=1.5)
+            style = series_style(number, linestyle="", capsize=1.5)
             axes.errorbar(nodes, values, errors, label=f"r = {residual:g}", **style)
             axes.plot(nodes, [predicted(case) for case in cases], color=style["color"])
         axes.set(xscale="log", yscale="log", xlabel="nodes across a contact", ylabel=typeset("excess F_max/F - 1"))

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, Number, average, column, exponent, marked
+from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, Number, average, column, exponent, series_style
 
 
 class Kind(NamedTuple):
@@ -82,7 +82,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         for kind, excess in kinds.items():
             second = frictions.index(kind.friction)
             line = {"linestyle": ("-", "--")[second], "label": None if second else kind.made, "capsize": 1.5}
-            panels[kind.body].errorbar(*excess, **marked(made.index(kind.made), **line))
+            panels[kind.body].errorbar(*excess, **series_style(made.index(kind.made), **line))
         for body, axes in panels.items():
             (first, *_), contacts = (axes.lines[0].get_ydata(), axes.lines[0].get_xdata())
             axes.plot(contacts, first / np.sqrt(contacts), "k:", label="$N^{-1/2}$")

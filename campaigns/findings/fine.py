@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, exponent, marked, start_mean
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, exponent, series_style, start_mean
 
 FINE: Final = 3
 """The finest grids, whose own law tells if a fall goes on."""
@@ -62,7 +62,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     with column(4.6) as figure:
         for number, (axes, name) in enumerate(zip(figure.subplots(3, 1, sharex=True), QUANTITIES, strict=True)):
             values, errors = np.array([over_starts(dataset, name, n_x) for n_x in grids(dataset)]).T
-            axes.errorbar(contact, values, errors, **marked(number, capsize=1.5))
+            axes.errorbar(contact, values, errors, **series_style(number, capsize=1.5))
             axes.set(
                 xscale="log",
                 yscale="log",

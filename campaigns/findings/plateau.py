@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Number, average, column, marked
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Number, average, column, series_style
 
 BALL: Final = "half_space"
 
@@ -58,7 +58,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         axes = figure.add_subplot()
         for number, (name, found) in enumerate(of_schemes(dataset).items()):
             r, error = found["residual_shear"].values, found["plateau_ratio_uncertainty"].values
-            axes.errorbar(r, above(found).values, error, label=name, **marked(number, linestyle=""))
+            axes.errorbar(r, above(found).values, error, label=name, **series_style(number, linestyle=""))
             axes.plot([0.0, 1.0], [part(found).value, 0.0], color=COLORS[number])
         axes.set(xlabel=typeset("residual shear r"), ylabel=typeset("plateau/μ_i - (1 + r)/2"))
         axes.legend()

@@ -13,7 +13,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import DASHES, PAGE, CampaignFigure, Claim, Number, column, marked, start_mean
+from nanoslip.study.figures.shared import DASHES, PAGE, CampaignFigure, Claim, Number, column, series_style, start_mean
 
 TENTHS: Final = np.linspace(0.0, 1.0, 11)
 """Ends of the classes of shear over limit."""
@@ -87,7 +87,7 @@ def draw(dataset: xr.Dataset) -> Figure:
             for dashes, spread in zip(DASHES, dataset["spread"].values.tolist(), strict=False):
                 shares = densities(dataset, scheme=scheme, n_x=n_x, spread=spread)
                 label = f"{scheme}, spread {spread:g}"
-                left.stairs(shares, TENTHS, color=marked(color)["color"], linestyle=dashes, label=label)
+                left.stairs(shares, TENTHS, color=series_style(color)["color"], linestyle=dashes, label=label)
         left.axhline(0.1, color="0.5", linestyle=":", label="evenly")
         left.set(xlabel=typeset("shear over limit"), ylabel="share of the load")
         figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=5)

@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import CampaignFigure, Claim, column, exponent, marked
+from nanoslip.study.figures.shared import CampaignFigure, Claim, column, exponent, series_style
 
 PANELS: Final = {"static_excess": "excess F_max/F - 1", "fluctuation": "fluctuation of F"}
 """Variable -> its label."""
@@ -30,7 +30,9 @@ def draw(dataset: xr.Dataset) -> Figure:
             for axes, way in zip(row, ways, strict=True):
                 for number, spread in enumerate(spreads):
                     values, errors = of_way(dataset, way, spread, name)
-                    axes.errorbar(contacts, values, errors, label=f"spread {spread:g}", **marked(number, capsize=1.5))
+                    axes.errorbar(
+                        contacts, values, errors, label=f"spread {spread:g}", **series_style(number, capsize=1.5)
+                    )
                 first, _ = of_way(dataset, way, spreads[-1], name)
                 axes.plot(contacts, first[0] / np.sqrt(contacts), "k:", linewidth=0.8, label="$N^{-1/2}$")
                 axes.set(xscale="log", yscale="log")

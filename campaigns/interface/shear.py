@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, exponent, marked
+from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, exponent, series_style
 
 LINES: Final = ("-", "--")
 """Line styles of the spreads."""
@@ -30,7 +30,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         for line, spread in zip(LINES, found["spread"].values, strict=True):
             for number, friction in enumerate(found["intrinsic_friction"].values):
                 here = {"spread": spread, "intrinsic_friction": friction}
-                style = marked(number, linestyle=line, label=f"$\\mu_i$ = {friction:g}, spread {spread:g}")
+                style = series_style(number, linestyle=line, label=f"$\\mu_i$ = {friction:g}, spread {spread:g}")
                 left.plot(found["residual_shear"], above.sel(here | most), **style)
                 excess = found["static_excess"].sel(here)
                 middle.plot(found["residual_shear"], excess.sel(most), **style)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tiles import counted, panels, regime_legend, regime_tiles
 
 from nanoslip.study.figures.points import format_value, typeset
-from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, marked
+from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, series_style
 
 
 def load_of(dataset: xr.Dataset) -> Any:
@@ -35,12 +35,19 @@ def draw_drop(dataset: xr.Dataset) -> Figure:
             here = found.sel(loads=way)
             excess = here["static_excess"]
             left.errorbar(
-                load, excess, here["static_excess_uncertainty"], label=f"{way} loads", **marked(number, capsize=1.5)
+                load,
+                excess,
+                here["static_excess_uncertainty"],
+                label=f"{way} loads",
+                **series_style(number, capsize=1.5),
             )
             for line, stiffness in zip(("-", "--", ":"), found["spring_stiffness"].values, strict=False):
                 name = f"{way} loads, k = {format_value(stiffness)} N/m"
                 right.plot(
-                    load, drop.sel(loads=way, spring_stiffness=stiffness), label=name, **marked(number, linestyle=line)
+                    load,
+                    drop.sel(loads=way, spring_stiffness=stiffness),
+                    label=name,
+                    **series_style(number, linestyle=line),
                 )
         first = float(found["static_excess"].isel(loads=0, contacts=0))
         left.plot(load, first / np.sqrt(found["contacts"]), "k:", linewidth=0.8, label="$W^{-1/2}$")

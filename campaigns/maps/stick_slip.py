@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from tiles import counted, panels, regime_legend, regime_tiles
 
-from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, shipped_scales
+from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, campaign_scales, column
 
 PARTS: Final = {"damping_ratio": ("ζ", ""), "pin_mass": ("m", " kg")}
 """Parameter of the panels -> its symbol and unit in the table."""
@@ -20,7 +20,7 @@ def critical_velocity(dataset: xr.Dataset) -> xr.DataArray:
     Such a pin, released at μ_s, comes to rest again where (μ_s - μ_k) W/√(km) exceeds V_o √(e^(4πζ) - 1), for small ζ.
     """
     stiffness, mass, damping = dataset["spring_stiffness"], dataset["pin_mass"], dataset["damping_ratio"]
-    force = _excess(dataset) * float(dataset["normal_load"]) * shipped_scales(dataset).force
+    force = _excess(dataset) * float(dataset["normal_load"]) * campaign_scales(dataset).force
     return force / ((math.e ** (4.0 * math.pi * damping) - 1.0) * stiffness * mass) ** 0.5
 
 

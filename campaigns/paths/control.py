@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.study.figures.shared import DASHES, CampaignFigure, Claim, Number, column, marked
+from nanoslip.study.figures.shared import DASHES, CampaignFigure, Claim, Number, column, series_style
 
 
 def of_slab(dataset: xr.Dataset, aspect_ratio: float, coupling: bool) -> xr.Dataset:
@@ -29,7 +29,9 @@ def draw(dataset: xr.Dataset) -> Figure:
             for dashes, coupling in zip(DASHES, (True, False), strict=False):
                 found = of_slab(dataset, height, coupling)
                 label = f"$L_z/L_x$ = {height:g}{'' if coupling else ', no coupling'}"
-                axes.plot(found["amplitude"], found["shaken_down"], label=label, **marked(number, linestyle=dashes))
+                axes.plot(
+                    found["amplitude"], found["shaken_down"], label=label, **series_style(number, linestyle=dashes)
+                )
         axes.set(
             xlabel="amplitude, in presliding lengths", ylabel="share of starts that shake down", ylim=(-0.05, 1.05)
         )

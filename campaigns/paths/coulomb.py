@@ -8,7 +8,7 @@ import xarray as xr
 from loss import SMALL, draw_loss, exponent_of, mindlin
 from matplotlib.figure import Figure
 
-from nanoslip.study.figures.shared import CampaignFigure, Claim, column, marked
+from nanoslip.study.figures.shared import CampaignFigure, Claim, column, series_style
 
 
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
@@ -32,7 +32,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         axes = figure.add_subplot()
         for number, n_x in enumerate(dataset["n_x"].values.tolist()):
             found = dataset.squeeze().sel(n_x=n_x)
-            draw_loss(axes, found, f"n_x = {n_x}", marked(number, linestyle="none"))
+            draw_loss(axes, found, f"n_x = {n_x}", series_style(number, linestyle="none"))
         axes.plot(found["amplitude"], mindlin(found), "k:", linewidth=1.2, label="Mindlin's closed form")
         axes.legend()
     return figure

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from nanoslip.solver.contact.closed_forms import MindlinLoops
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import DASHES, PAGE, CampaignFigure, Claim, Number, column, exponent, marked
+from nanoslip.study.figures.shared import DASHES, PAGE, CampaignFigure, Claim, Number, column, exponent, series_style
 
 SMALL: Final = 0.5
 """Amplitude in presliding lengths up to which exponents are fitted."""
@@ -63,7 +63,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         left, right = figure.subplots(1, 2)
         for number, scheme in enumerate(dataset["scheme"].values.tolist()):
             found = dataset.squeeze().sel(scheme=scheme, n_x=finest)
-            style = marked(number, linestyle=DASHES[number])
+            style = series_style(number, linestyle=DASHES[number])
             draw_loss(left, found.isel(amplitude=np.flatnonzero(found["shaken_down"].values == 0.0)), scheme, style)
             line = dataset.nanoslip.path(scheme=scheme, n_x=finest, amplitude=SHOWN)
             lost = line["leg_loss"].values[-2 * int(line["cycles"]) :].reshape(-1, 2).sum(axis=1)

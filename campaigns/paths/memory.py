@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, marked, start_mean
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, series_style, start_mean
 
 SPEEDS: Final = {"": "2 mm/s", ", slow": "0.5 mm/s"}
 """What follows a drive's name -> velocity of its stage."""
@@ -57,7 +57,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     with column(4.0) as figure:
         for axes, (name, label) in zip(figure.subplots(2, 1), list(LABELS.items())[:2], strict=True):
             for number, (drive, (record, contact)) in enumerate(pairs(dataset, name).items()):
-                axes.plot(record, contact, label=drive, **marked(number, linestyle=""))
+                axes.plot(record, contact, label=drive, **series_style(number, linestyle=""))
             axes.axline((float(record[0]),) * 2, slope=1.0, linestyle=":", color="0.5")
             axes.set(xlabel=typeset(f"{label} over the record"), ylabel=typeset(f"{label} over the contact"))
         figure.axes[0].legend()

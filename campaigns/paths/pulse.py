@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.view import ROUNDING, with_error
-from nanoslip.study.figures.shared import CampaignFigure, Claim, column, marked
+from nanoslip.study.figures.shared import CampaignFigure, Claim, column, series_style
 
 VISITED: Final = ("W", "2W", "W", "0.8W", "W")
 """Load at the end of each leg."""
@@ -50,7 +50,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         for number, scheme in enumerate(dataset["scheme"].values.tolist()):
             found = mean_of(kept(dataset, scheme, n_x).T)
             axes.errorbar(
-                range(len(VISITED)), found.mean, found.uncertainty, label=scheme, **marked(number, capsize=1.5)
+                range(len(VISITED)), found.mean, found.uncertainty, label=scheme, **series_style(number, capsize=1.5)
             )
         axes.set_xticks(range(len(VISITED)), VISITED)
         axes.set(xlabel="load visited", ylabel="F over F before")

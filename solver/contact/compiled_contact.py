@@ -32,7 +32,7 @@ from nanoslip.solver.contact.kernels.state import (
 from nanoslip.solver.contact.limit import node_strength
 from nanoslip.solver.contact.pin import estimate_half_width, make_pin, node_friction, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.contact.tableau import Window, entries_of, tableau, tableau_from_base, wider, zero_lines
+from nanoslip.solver.contact.tableau import Window, tableau, tableau_from_base, wider, window_entries, zero_lines
 from nanoslip.solver.elasticity.compliance import (
     FEW_NODES,
     KEPT,
@@ -187,7 +187,7 @@ class CompiledContact:
         self.state = self.state._replace(tableau=np.empty((0, 0)))
 
 
-def compiled_contact(
+def compile_contact(
     case: Case,
     compliance: Compliance,
     contact: NDArray[np.bool_],
@@ -275,7 +275,7 @@ def _set_up(
     within.setflags(write=False)
     if padded is None:
         padded = zero_lines(2 * len(nodes) + 1)
-        tableau(entries_of(compliance, nodes, within), touching, padded, reciprocal=plane is not None)
+        tableau(window_entries(compliance, nodes, within), touching, padded, reciprocal=plane is not None)
     return within, plane, padded
 
 
@@ -304,7 +304,7 @@ def correct_rounding(compiled: CompiledContact, status: Stop) -> Stop:
         if not (lifted or inaccurate):
             return status
         if inaccurate:
-            entries = entries_of(compiled.compliance, compiled.window, state.matrix)
+            entries = window_entries(compiled.compliance, compiled.window, state.matrix)
             tableau(entries, state.contact, state.tableau, reciprocal=state.plane is not None)
             # A fresh tableau has followed all pivots.
             state.scalars["pivots"], state.pivots.followed[:] = 0, 0
@@ -343,8 +343,8 @@ def _constants(case: Case, window: Window, state: KernelState, pin_rate: float |
     return KernelConstants(
         slip=slip_constants(case),
         pin=KernelPin(pin.curvature, Rise(pin.knots, pin.rises, window % len(pin.rises)) if pin.rough else None),
-        half_width=window_numbers(pin.half_width, window),
-        across=window_numbers(pin.across, window),
+        half_width=_window_numbers(pin.half_width, window),
+        across=_window_numbers(pin.across, window),
         # The second part: some roundings of a parabola's height, L_x from its lowest point.
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
         outer=outer,
@@ -352,7 +352,7 @@ def _constants(case: Case, window: Window, state: KernelState, pin_rate: float |
     )
 
 
-def window_numbers(of_pin: float | Vector, window: Window) -> Vector:
+def _window_numbers(of_pin: float | Vector, window: Window) -> Vector:
     """A number of the pin, or one over each surface node, over the nodes of a window."""
     return of_pin[window] if isinstance(of_pin, np.ndarray) else np.full(len(window), of_pin)
 

@@ -32,7 +32,7 @@ class Pressed(NamedTuple):
     approach: float
 
 
-def pressed(
+def press_by_convolution(
     convolution: SurfaceConvolution, contact: NDArray[np.bool_], heights: Vector, start: Vector, precision: float
 ) -> Pressed:
     """The nodes of `contact` (n,) brought to these heights (n,) by forces with the sum of `start` (n,), which is 0 beside them.
@@ -91,7 +91,7 @@ MOST_ROUNDS = 200
 flanks of 45°, the steepest that mean something, 104 at ν = -1 and 43 at 0."""
 
 
-def convolved_contact(case: Case, convolution: SurfaceConvolution) -> NormalContact:
+def convolve_contact(case: Case, convolution: SurfaceConvolution) -> NormalContact:
     """The contact at the case's load of a pin that drags nothing.
 
     Wrong nodes are exchanged as in `normal`. Heights under nodes that pressure moves sideways are those of where the last round
@@ -104,7 +104,7 @@ def convolved_contact(case: Case, convolution: SurfaceConvolution) -> NormalCont
     scale, precision, exchange = case.normal_load * convolution.own_displacement, FIRST / len(x), Exchange(away)
     for _ in range(MOST_ROUNDS):
         lowest = float(heights[contact].min())  # differences of heights are exact, large ones have fewer digits
-        force, v, approach = pressed(convolution, contact, heights - lowest, force, precision * scale)
+        force, v, approach = press_by_convolution(convolution, contact, heights - lowest, force, precision * scale)
         before, u = u, _sideways(case, convolution, force)
         heights = pin.face(x + u)
         found = NormalContact(contact, force, u, v + lowest, approach + lowest, converged=True)

@@ -167,7 +167,7 @@ class CoulombContact:
     @property
     def stiffness(self) -> Floats:
         """Forces and approach per u, v and -load at the nodes in contact, (2m + 1, 2m + 1)."""
-        self._set_up = set_up_stiffness(self.compliance, self.contact, *self._set_up)
+        self._set_up = _set_up_stiffness(self.compliance, self.contact, *self._set_up)
         return self._set_up[1]
 
 
@@ -230,7 +230,7 @@ def _respond(
     return stiffness @ given, along
 
 
-def set_up_stiffness(
+def _set_up_stiffness(
     compliance: Compliance, contact: NDArray[np.bool_], before: bytes, found: Floats, changes: int
 ) -> tuple[bytes, Floats, int]:
     """The stiffness of a contact from that of one before, see `CoulombContact._set_up`."""

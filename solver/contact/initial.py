@@ -15,13 +15,13 @@ from nanoslip.solver.contact import coulomb
 from nanoslip.solver.contact.compiled_contact import (
     CompiledContact,
     answer_violations,
-    compiled_contact,
+    compile_contact,
     contact_value,
     correct_rounding,
     has_node_beyond_window,
     nodes_in_reach,
 )
-from nanoslip.solver.contact.convolved import convolved_contact
+from nanoslip.solver.contact.convolved import convolve_contact
 from nanoslip.solver.contact.kernels.path import empty_events, follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
@@ -109,11 +109,11 @@ def _touch(case: Case, compliance: Compliance) -> ContactState:
 def _touch_without_shear(case: Case, compliance: Compliance) -> ContactState:
     """Solve the normal problem alone: nothing holds the surface, or nothing moves it sideways."""
     if isinstance(compliance, EndlessCompliance):
-        found = convolved_contact(case, compliance.convolution)
+        found = convolve_contact(case, compliance.convolution)
     else:
         found = normal_contact(case, compliance, stuck=False)
     outcome = COMPLETED if found.converged else _why_unsettled(case, compliance, found)
-    return _free_of_shear(case, compliance, found, edge_error(case, found) or outcome)
+    return _free_of_shear(case, compliance, found, _edge_error(case, found) or outcome)
 
 
 def _free_of_shear(case: Case, compliance: Compliance, found: NormalContact, outcome: Outcome) -> ContactState:
@@ -130,7 +130,7 @@ def _why_unsettled(case: Case, compliance: Compliance, found: NormalContact) -> 
     return OUTCOME_OF_STOP[Stop.CONTACT_CYCLE] if cause.ok else cause
 
 
-def edge_error(case: Case, found: NormalContact) -> Outcome | None:
+def _edge_error(case: Case, found: NormalContact) -> Outcome | None:
     """Reason why a punch pressed down without friction has no solution at its edge; None if it has one.
 
     A node in contact has moved beyond the edge, or a free one in under it and into the punch: nothing could slide from there.
@@ -145,7 +145,7 @@ def edge_error(case: Case, found: NormalContact) -> Outcome | None:
 def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
     """Solve the normal problem, nodes stuck or free of friction; then let nodes slip until constraint II holds."""
     found = normal_contact(case, compliance, case.initial_contact == "stick")
-    edge = edge_error(case, found) if case.initial_contact == "frictionless" else None
+    edge = _edge_error(case, found) if case.initial_contact == "frictionless" else None
     if edge:
         return replace(_nothing(case, edge), contact=found.contact)
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
@@ -155,13 +155,13 @@ def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
     height = make_pin(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
     everywhere = np.ones_like(contact)
     if not converged and math.isinf(case.intrinsic_friction):
-        unfinished = compiled_contact(case, compliance, contact, u, height, everywhere)
+        unfinished = compile_contact(case, compliance, contact, u, height, everywhere)
         return contact_value(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
     # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
     expected = contact if converged else contact | (surface_from_axis(case) <= estimate_half_width(case))
     # In a window, whose slips cost less; on the whole surface if a node beyond proves to lie inside the pin.
     for followed in (nodes_in_reach(case, expected, found.u, found.v), everywhere):
-        compiled = compiled_contact(case, compliance, contact, u, height, followed)
+        compiled = compile_contact(case, compliance, contact, u, height, followed)
         status = answer_violations(compiled)
         state = contact_value(compiled, OUTCOME_OF_STOP[correct_rounding(compiled, status)])
         if (converged or state.outcome.ok) and not has_node_beyond_window(compiled, state):
@@ -174,10 +174,10 @@ def _load_gradually(case: Case, compliance: Compliance) -> ContactState:
     x = surface_from_pin(case)
     height = make_pin(case).height(x)
     lowest, everywhere = height == height.min(), np.ones(len(x), dtype=np.bool_)
-    compiled = compiled_contact(
+    compiled = compile_contact(
         case, compliance, lowest, np.zeros_like(x), height, everywhere, load=1e-12 * case.normal_load, direction=PRESSED
     )
-    status, slips = raise_load(compiled, case.normal_load)
+    status, slips = _raise_load(compiled, case.normal_load)
     state = contact_value(compiled, OUTCOME_OF_STOP[correct_rounding(compiled, status)])
     return replace(state, slips=slips)
 
@@ -188,7 +188,7 @@ ROOM: Final = 4096
 """Events of a rising load for which room is made; none is kept."""
 
 
-def raise_load(compiled: CompiledContact, load: float) -> tuple[Stop, int]:
+def _raise_load(compiled: CompiledContact, load: float) -> tuple[Stop, int]:
     """Raise the load event by event, the pin held; why that ended, and the node slips of all events."""
     events, node_slips = empty_events(ROOM), np.zeros(len(compiled.state.x), np.int64)
     status = answer_violations(compiled)

@@ -47,6 +47,6 @@ def contact_area(contact: Nodes, areas: Vector) -> float:
     return float(areas[contact].sum())
 
 
-def area_within(case: Case, half_width: float) -> float:
+def half_width_area(case: Case, half_width: float) -> float:
     """Area of a contact of this half-width."""
     return math.pi * half_width**2 if case.slab.scheme.planar else 2.0 * half_width

@@ -39,7 +39,7 @@ class ContactSystem:
         self._with_load = np.append(self._entries, 2 * len(base))
         self._ones = (self._entries >= len(base)).astype(np.float64)
         symmetric = compliance.slab.scheme.reciprocal and slope is None
-        self._solve = solve_factorized(self._block(self._entries, self._entries), symmetric, int(base.sum()))
+        self._solve = _solve_factorized(self._block(self._entries, self._entries), symmetric, int(base.sum()))
         # The load's row and column by elimination: forces of equal heights, and their sum, give the approach.
         self._alone = self._solve(self._ones[None])[0]
         self._share = float(self._ones @ self._alone)
@@ -155,7 +155,7 @@ def finite(forces: Vector) -> Vector:
     return forces
 
 
-def solve_factorized(matrix: Dense, symmetric: bool, nodes: int) -> Callable[[Dense], Dense]:
+def _solve_factorized(matrix: Dense, symmetric: bool, nodes: int) -> Callable[[Dense], Dense]:
     """Solve for right sides that are rows, (any, size). Overwrites the matrix; raises SingularOperator."""
     if symmetric:
         # Into a copy: rounding may leave the matrix without such a factor, and then it is needed as it is.
@@ -278,7 +278,7 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
     for _ in range(MOST_ROUNDS):
         if not system.is_near(contact):
             system = _system(case, compliance, contact, u, stuck)
-        found = press_nodes(case, compliance, system, contact, u, stuck)
+        found = _press_nodes(case, compliance, system, contact, u, stuck)
         wrong = wrong_nodes(case, found)
         right = not wrong.any()
         if right and stuck:  # of a stuck contact only the set is used
@@ -319,18 +319,18 @@ def _system(case: Case, compliance: Compliance, contact: Nodes, u: Vector, stuck
     coupled = case.effects.coupling
     slope = make_pin(case).slope(surface_from_pin(case) + u) if coupled and not stuck else None
     if slope is None and compliance.lasting and len(contact) <= FEW_NODES:  # no border changes what is kept
-        return previous_system(compliance, contact.tobytes(), coupled and stuck)
+        return _previous_system(compliance, contact.tobytes(), coupled and stuck)
     return ContactSystem(compliance, contact, slope, held=coupled and stuck)
 
 
 @lru_cache(maxsize=KEPT)
-def previous_system(compliance: Compliance, contact: bytes, held: bool) -> ContactSystem:
+def _previous_system(compliance: Compliance, contact: bytes, held: bool) -> ContactSystem:
     system = ContactSystem(compliance, np.frombuffer(contact, np.bool_), None, held)
     # Of a stuck contact the set alone counts, not the last bits. On larger grids it takes longer than it saves.
     return system.keep() if held and compliance.slab.nodes <= ANSWERED else system
 
 
-def press_nodes(
+def _press_nodes(
     case: Case, compliance: Compliance, system: ContactSystem, contact: Nodes, u: Vector, stuck: bool
 ) -> NormalContact:
     """The contact with just these nodes on the pin, one Newton step from the given u."""

@@ -49,14 +49,14 @@ class Pin:
         """Height of the pin as if it had no edges."""
         rise = self.rises[0, 0]
         if self.rises.size > 1:  # a smooth pin's is one number
-            rise = self.apply_to_rows(xi, lambda places, rises: np.interp(places, self.knots, rises))
+            rise = self._apply_to_rows(xi, lambda places, rises: np.interp(places, self.knots, rises))
         return np.asarray(self.curvature * xi**2 / 2 + rise + self.across)
 
     def lower_bound(self, xi: Vector, distance: float) -> Vector:
         """A bound from below of the heights within a distance of ξ, (n,): parabola and rise each at its lowest."""
         nearest = np.maximum(np.abs(xi) - distance, 0.0)
         height = self.curvature * nearest**2 / 2 + self.across
-        return np.asarray(height + self.apply_to_rows(xi, partial(self._lowest_rise, distance)))
+        return np.asarray(height + self._apply_to_rows(xi, partial(self._lowest_rise, distance)))
 
     def _lowest_rise(self, distance: float, xi: Vector, rises: Vector) -> Vector:
         left, right = xi - distance, xi + distance
@@ -66,7 +66,7 @@ class Pin:
         between = np.minimum.reduceat(np.append(rises, np.inf), stretches.ravel())[::2]
         return np.asarray(np.minimum(ends, between))
 
-    def apply_to_rows(self, xi: Vector, along: Callable[[Vector, Vector], Vector]) -> Vector:
+    def _apply_to_rows(self, xi: Vector, along: Callable[[Vector, Vector], Vector]) -> Vector:
         """A function of ξ and of the rises over them, row by row of nodes."""
         if len(self.rises) == 1:
             return along(xi, self.rises[0])
@@ -85,7 +85,7 @@ class Pin:
 
     def slope(self, xi: Vector) -> Vector:
         """dheight/dξ under the pin; at a knot that to its right."""
-        return np.asarray(self.curvature * xi + self.apply_to_rows(xi, self._rise_slope))
+        return np.asarray(self.curvature * xi + self._apply_to_rows(xi, self._rise_slope))
 
     def steepest(self, left: Vector, right: Vector, row: int = 0) -> float:
         """The largest |dheight/dξ| over a row of nodes anywhere between left and right, (k,), of k stretches of ξ; 0 without."""

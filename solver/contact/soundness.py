@@ -96,7 +96,7 @@ OUTCOME_OF_STOP = {
 def advise(case: Case, outcome: Outcome) -> Outcome:
     """The outcome of a case's run, with advice for this case added to the general advice."""
     if outcome.message == OUTCOME_OF_STOP[Stop.CASCADE_LIMIT].message:
-        return replace(outcome, message=cascade_advice(case, outcome.message))
+        return replace(outcome, message=_cascade_advice(case, outcome.message))
     with_others = outcome in (OUTCOME_OF_STOP[Stop.CONTACT_CYCLE], OUTCOME_OF_STOP[Stop.INACCURATE])
     if with_others and not case.slab.scheme.reciprocal:
         return replace(outcome, message=f"{outcome.message}, or the scheme galerkin")
@@ -128,7 +128,7 @@ def advise_on_pillars(case: Case, outcome: Outcome) -> Outcome:
     return outcome
 
 
-def cascade_advice(case: Case, message: str) -> str:
+def _cascade_advice(case: Case, message: str) -> str:
     """Advice against endless slips. Without friction they continue until no shear is left, which takes forever on a nearly
     incompressible slab at any limit."""
     rule, others = case.slip_rule, []

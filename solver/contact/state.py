@@ -15,7 +15,7 @@ from nanoslip.solver.last import cache_last
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import STRESS, Quantity, quantity
 from nanoslip.solver.slab import surface_x, surface_y
-from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, labelled
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, label_numbers
 
 
 def contact_column(meaning: str, name: str, **more: Any) -> Any:
@@ -90,11 +90,11 @@ class ContactState(Viewed):
         yield describe_outcome(self.outcome)
 
     def _labelled(self) -> Iterator[Labelled]:
-        yield from labelled(self)
+        yield from label_numbers(self)
         yield NODE_X, self.x
         if self.rows > 1:
             yield NODE_Y, self.y
-        yield from labelled(contact_summary(self))
+        yield from label_numbers(contact_summary(self))
 
     def _factors(self) -> dict[str, float]:
         return {"contact_load": 1.0 / self.normal_force if self.contact.any() else float("nan")}
@@ -151,7 +151,7 @@ def contact_width(state: ContactState) -> float:
     At a smooth contact's edge pressure falls as the root of the distance: its square, drawn through the last two nodes, is zero
     there, at most a spacing beyond the last. Where pressure does not fall (a punch, one node) the edge is half a spacing beyond.
     """
-    inside, pressure = (join_rows(each, state.rows) for each in (state.contact, state.pressure))
+    inside, pressure = (_join_rows(each, state.rows) for each in (state.contact, state.pressure))
     spacings = float((inside[1:] & inside[:-1]).sum())
     for turned in (slice(None), slice(None, None, -1)):
         contact = inside[turned]
@@ -165,7 +165,7 @@ def contact_width(state: ContactState) -> float:
     return spacings / (len(state.contact) - 1)
 
 
-def join_rows(values: NDArray[Any], rows: int) -> NDArray[Any]:
+def _join_rows(values: NDArray[Any], rows: int) -> NDArray[Any]:
     """Values at the nodes row after row, with a zero between rows."""
     return values if rows == 1 else np.pad(values.reshape(-1, rows).T, ((0, 0), (1, 1))).ravel()
 

@@ -69,7 +69,7 @@ def tableau(compliance: Entries, contact: Nodes, into: Dense, reciprocal: bool =
     into[:, len(into) :] = 0.0  # where the inverse had its room
 
 
-def entries_of(compliance: Compliance, window: Window, matrix: Dense | None = None) -> Entries:
+def window_entries(compliance: Compliance, window: Window, matrix: Dense | None = None) -> Entries:
     """Entries of the compliance of a window's nodes among each other: of its matrix, if there is one."""
     if matrix is not None and len(matrix):
         return partial(taken, matrix)
@@ -123,7 +123,7 @@ _last_base: dict[tuple[SurfaceConvolution, float], Base] = {}
 """The base that was used last, shared by all contacts that come next: windows of a record, members, cases of a campaign."""
 
 
-def base_of(compliance: EndlessCompliance, nodes: float) -> Base:
+def find_base(compliance: EndlessCompliance, nodes: float) -> Base:
     """The base with about this number of nodes in contact."""
     key = (compliance.convolution, nodes)
     base = _last_base.get(key)
@@ -134,15 +134,15 @@ def base_of(compliance: EndlessCompliance, nodes: float) -> Base:
 
 
 def _base(compliance: EndlessCompliance, nodes: float) -> Base:
-    disc = disc_of(compliance.slab.n_x, nodes)
+    disc = node_disc(compliance.slab.n_x, nodes)
     held = wider(disc, BASE_RINGS).ravel().nonzero()[0]
     table = zero_lines(2 * len(held) + 1)
-    tableau(entries_of(compliance, held), disc.ravel()[held], table, reciprocal=True)
+    tableau(window_entries(compliance, held), disc.ravel()[held], table, reciprocal=True)
     table.setflags(write=False)
     return Base(disc, held, table)
 
 
-def disc_of(n: int, nodes: float) -> Nodes:
+def node_disc(n: int, nodes: float) -> Nodes:
     """The disc of about this number of nodes in the middle of n by n, a mask."""
     along = np.arange(n) - n // 2
     return np.asarray(along[:, None] ** 2 + along**2 <= nodes / math.pi)
@@ -156,7 +156,7 @@ def tableau_from_base(compliance: EndlessCompliance, nodes: Window, contact: Nod
     n, count = compliance.slab.n_x, int(contact.sum())
     if not 1.0 / SIZES_APART < count / expected < SIZES_APART:
         expected = SIZES_APART ** round(math.log(count, SIZES_APART))
-    disc = disc_of(n, expected)
+    disc = node_disc(n, expected)
     # Places of the window's nodes on the plane, shifted by whole spacings until the contact is in the middle.
     places = np.array(divmod(nodes, n))
     middle = np.rint(places[:, contact].mean(axis=1)).astype(np.int64)
@@ -167,7 +167,7 @@ def tableau_from_base(compliance: EndlessCompliance, nodes: Window, contact: Nod
     if not covered or len(different) > MOST_DIFFERENT * count:
         _last_base.clear()  # the inverse needs the room
         return None
-    base = base_of(compliance, expected)
+    base = find_base(compliance, expected)
     entries = _both(np.searchsorted(base.nodes, shifted[0] * n + shifted[1]), len(base.nodes))
     entries = np.append(entries, 2 * len(base.nodes))
     found = zero_lines(len(entries))

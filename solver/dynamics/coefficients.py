@@ -86,7 +86,7 @@ def friction_coefficients(
             outcome = Outcome(Ending.NO_PLATEAU, message, ended_by == "duration", "unsteady_force")
     return FrictionCoefficients(
         static_friction=first,
-        static_friction_excess=_beyond(record, float(static[0])),
+        static_friction_excess=_start_excess(record, float(static[0])),
         every_static_friction=static,
         kinetic_friction=kinetic,
         outcome=outcome.adding(excess),
@@ -116,7 +116,7 @@ def _first_slip(record: FrictionRecord, static: Floats) -> tuple[float, Outcome]
     """μ_s of the first slip, from the driving force of each; NaN, and the reason with advice, where that is not friction."""
     first = float(static[0])
     highest = record.highest_force / record.normal_load
-    if _beyond(record, first) <= highest:
+    if _start_excess(record, first) <= highest:
         return first, COMPLETED
     message = (
         f"the driving force of the first slip, F/W = {first:.3g}, is inertia and damper: the contact holds "
@@ -125,7 +125,7 @@ def _first_slip(record: FrictionRecord, static: Floats) -> tuple[float, Outcome]
     return math.nan, Outcome(Ending.COMPLETED, message, cause="excess")
 
 
-def _beyond(record: FrictionRecord, coefficient: float) -> float:
+def _start_excess(record: FrictionRecord, coefficient: float) -> float:
     """Driving force by which a start exceeds all forces of the record, F/W, through inertia and damper; NaN without a force."""
     above = coefficient - record.highest_force / record.normal_load
     return max(above, 0.0) if math.isfinite(coefficient) else math.nan

@@ -14,7 +14,7 @@ from dataclasses import replace
 from typing import Final, NamedTuple
 
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.friction_limit import friction_limit_of
 from nanoslip.solver.dynamics.regime import CriticalVelocity, Regime, Search, count_sticks
 from nanoslip.solver.outcome import InvalidInput
@@ -45,7 +45,9 @@ def critical_velocity(record: FrictionRecord, plateau: Plateau, drive: Drive) ->
             changed = replace(bare, stage_velocity=velocity)
         except InvalidInput:  # beyond the range of a drive
             return None
-        motion = replace(measured(record, plateau, changed)[0], forgotten=True)  # its own regime, next to the border
+        motion = replace(
+            measure_motion(record, plateau, changed)[0], forgotten=True
+        )  # its own regime, next to the border
         regime = count_sticks(motion, changed).regime
         return None if regime is None else regime in STICKING
 
@@ -75,12 +77,12 @@ def boundary(sticks: Callable[[float], bool | None], first: float) -> Boundary:
         if not found:
             above = value
         elif above > value:
-            between = bisect_critical_value(sticks, value, above)
+            between = _bisect_critical_value(sticks, value, above)
             return Boundary(between, "found" if math.isfinite(between) else "unknown")
     return Boundary(math.nan, "always_sticks" if math.isnan(above) else "never_sticks")
 
 
-def bisect_critical_value(sticks: Callable[[float], bool | None], low: float, high: float) -> float:
+def _bisect_critical_value(sticks: Callable[[float], bool | None], low: float, high: float) -> float:
     """The critical value between a pin that sticks and one that does not."""
     while high > RESOLUTION * low:
         middle = math.sqrt(low * high)

@@ -33,7 +33,7 @@ FEWEST_SLIPS: Final = 8
 """Fewest slips after the first whose strongest and weakest show how they scatter."""
 
 
-def measured(
+def measure_motion(
     record: FrictionRecord, plateau: Plateau, drive: Drive, over: Pulled | None = None
 ) -> tuple[DynamicsResult, FrictionCoefficients]:
     """The motion of a drive over `record`, and its friction. over: pulls the pin over the contact itself instead.
@@ -52,7 +52,7 @@ def measured(
 
     last = lasting(drive.duration)
     longest = 2.0**DOUBLINGS * last[0].end_time
-    while drive.duration is None and (longer := _needed(*last, drive)) <= longest:
+    while drive.duration is None and (longer := _sufficient_duration(*last, drive)) <= longest:
         found = lasting(longer)
         if last[1].outcome.ok and not found[1].outcome.ok:
             break  # what is known stays, where rounding or the step limit ends a longer one
@@ -103,7 +103,7 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     return not motion.outcome.ok or bool(slides)
 
 
-def _needed(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> float:
+def _sufficient_duration(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> float:
     """Duration that a drive without one needs; infinite if a longer one gives no more information about this motion.
 
     It is infinite if the motion has its numbers, was not to be extended, slips too little for any, or would meet the step

@@ -64,16 +64,16 @@ class FrictionLimit:
     @property
     def steady_force(self) -> float:
         """Mean of F̃ over one period, in G·L_x·L_y."""
-        width, middle = self.repeated_teeth()
+        width, middle = self._repeated_teeth()
         return float(width @ middle / width.sum())
 
     @property
     def uneven_work(self) -> float:
         """Largest work, from tooth to tooth of one period, by which F̃ differs from its mean, in G·L_x²·L_y."""
-        width, middle = self.repeated_teeth()
+        width, middle = self._repeated_teeth()
         return float(np.ptp(np.cumsum(width * (middle - self.steady_force))))
 
-    def repeated_teeth(self) -> tuple[Floats, Floats]:
+    def _repeated_teeth(self) -> tuple[Floats, Floats]:
         """Width and mean force of each tooth of one period."""
         repeats = slice(self.periodic_from, None)
         width = np.diff(self.edges[repeats])

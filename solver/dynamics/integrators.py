@@ -1,7 +1,7 @@
 """Integrators of Eq. 12, and the rounding that a drive allows.
 
-The spring force k(Vt - x) has a rounding error of 1e-16 k·V·t, on settled drives up to three times the share that `resolved`
-computes (tests.hard_cases.test_dynamics). Narrower teeth cannot be followed one by one.
+The spring force k(Vt - x) has a rounding error of 1e-16 k·V·t, on settled drives up to three times the share that
+`rounding_outcome` computes (tests.hard_cases.test_dynamics). Narrower teeth cannot be followed one by one.
 """
 
 import math
@@ -33,7 +33,7 @@ LARGEST_NOISE: Final = 1e-4
 _DIGIT: Final = float(np.finfo(float).eps)
 
 
-def resolved(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
+def rounding_outcome(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
     """`COMPLETED`, or `ROUNDING` where spring force or teeth will drown in the rounding of the pin's position."""
     friction_force, way = friction_limit.steady_force, motion.stage * motion.duration
     if friction_force == 0.0 or motion.spring * way <= friction_force:  # nothing to be lost in, or it never gets away
@@ -327,7 +327,7 @@ def integrate(
 
 def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive, pulled: Pulled | None) -> tuple[Course, Outcome]:
     """The motion by the drive's method, and how it ended; nothing where rounding would drown it."""
-    outcome = resolved(friction_limit, motion)
+    outcome = rounding_outcome(friction_limit, motion)
     if not outcome.ok:
         return nothing(drive.samples), outcome
     if pulled is not None:

@@ -72,12 +72,12 @@ class Oscillator:
             if turn - math.pi / beat >= before:
                 break
             if self._rates(turn)[0] < -_ROUNDING * self.stage_velocity:
-                stop = self.find_stop(max(turn - (phase - bend) % math.pi / beat, self.time))
+                stop = self._find_stop(max(turn - (phase - bend) % math.pi / beat, self.time))
                 return stop if stop < before else math.nan
             turn += math.pi / beat
         return math.nan
 
-    def find_stop(self, time: float) -> float:
+    def _find_stop(self, time: float) -> float:
         """Find the time when the falling velocity is 0, by Newton's method from its inflection point or a later start.
 
         Newton's method converges monotonically from there, and quadratically unless the velocity only just reaches zero.

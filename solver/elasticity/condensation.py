@@ -45,8 +45,8 @@ def families(k: Stiffness) -> list[Fields]:
     """
     # A support on one side alone couples even and odd fields.
     if not np.array_equal(k.fixed, k.fixed[:, _mirror(k.grid)]):
-        return [number_fields(np.arange(2 * k.grid.nodes), np.where(k.fixed.ravel(), 0.0, 1.0))]
-    return [parity_fields(k, sign) for sign in (1.0, -1.0)]
+        return [_number_fields(np.arange(2 * k.grid.nodes), np.where(k.fixed.ravel(), 0.0, 1.0))]
+    return [_parity_fields(k, sign) for sign in (1.0, -1.0)]
 
 
 def project_stiffness(matrix: Sparse, fields: Fields) -> Sparse:
@@ -64,7 +64,7 @@ def _mirror(grid: Grid) -> NDArray[np.int64]:
     return np.concatenate([grid.row_nodes(row)[::-1] for row in range(grid.rows)])
 
 
-def parity_fields(k: Stiffness, sign: float) -> Fields:
+def _parity_fields(k: Stiffness, sign: float) -> Fields:
     """Fields of which reflection multiplies w by `sign` and u by -`sign`."""
     nodes, mirror = np.arange(k.grid.nodes), _mirror(k.grid)
     # Both of a pair belong to one field, √½ each for the length 1; a node in the middle has no odd part.
@@ -73,10 +73,10 @@ def parity_fields(k: Stiffness, sign: float) -> Fields:
         np.where(nodes == mirror, max(parity, 0.0), np.sqrt(0.5) * np.where(nodes > mirror, parity, 1.0))
         for parity in (-sign, sign)
     ]
-    return number_fields(np.concatenate((left, left + k.grid.nodes)), np.where(k.fixed, 0.0, weights).ravel())
+    return _number_fields(np.concatenate((left, left + k.grid.nodes)), np.where(k.fixed, 0.0, weights).ravel())
 
 
-def number_fields(group: NDArray[np.int64], weight: Floats) -> Fields:
+def _number_fields(group: NDArray[np.int64], weight: Floats) -> Fields:
     """Fields of the entries of each group that have a weight, in the order of the groups."""
     number, free = np.full(len(group), -1), weight != 0.0
     number[free] = np.unique(group[free], return_inverse=True)[1]
@@ -108,7 +108,7 @@ def eliminated(stiffness: Dense, count: int, follows: Dense, bears: Dense) -> El
     """Eliminate the first `count` fields of a front. Raises SingularOperator."""
     norm = _norm(stiffness[:count, :count])
     factors, pivots, info = scipy.linalg.lapack.dgetrf(stiffness[:count, :count])
-    reciprocal_condition = check_condition(0.0 if info else scipy.linalg.lapack.dgecon(factors, norm)[0])
+    reciprocal_condition = _check_condition(0.0 if info else scipy.linalg.lapack.dgecon(factors, norm)[0])
     # One solution for both: calls take their time on small pieces.
     right = np.concatenate((bears[:count], stiffness[:count, count:]), axis=1)
     solved = scipy.linalg.lapack.dgetrs(factors, pivots, right)[0]
@@ -126,7 +126,7 @@ def definitely_eliminated(stiffness: Dense, count: int, follows: Dense) -> Elimi
     """Eliminate a symmetric, positive definite front with half the arithmetic: K = L Lᵀ, and L⁻¹ is enough."""
     norm = _norm(stiffness[:count, :count])
     root, info = scipy.linalg.lapack.dpotrf(stiffness[:count, :count], lower=1)
-    reciprocal_condition = check_condition(0.0 if info else scipy.linalg.lapack.dpocon(root, norm, uplo="L")[0])
+    reciprocal_condition = _check_condition(0.0 if info else scipy.linalg.lapack.dpocon(root, norm, uplo="L")[0])
     # By columns, as BLAS has it: the result takes its place.
     right = np.concatenate((follows[:, :count], stiffness[count:, :count])).T
     solved = scipy.linalg.blas.dtrsm(1.0, root, right, lower=1, overwrite_b=1)
@@ -145,7 +145,7 @@ def _norm(square: Dense) -> float:
     return float(np.abs(square).sum(axis=0).max(initial=0.0))
 
 
-def check_condition(reciprocal_condition: float) -> float:
+def _check_condition(reciprocal_condition: float) -> float:
     """The reciprocal condition. Raises SingularOperator if it is below machine precision."""
     if reciprocal_condition < np.finfo(float).eps:
         raise SingularOperator(
@@ -226,11 +226,11 @@ class _Slab:
             at = front.place[piece.border]
             stiffness[np.ix_(at, at)] += piece.left.stiffness
         surface = _range(self.number[inside])
-        follows = self.surface_response(surface, front, [(piece, piece.left.follows) for piece in pieces])
+        follows = self._surface_response(surface, front, [(piece, piece.left.follows) for piece in pieces])
         if self.symmetric:
             left = definitely_eliminated(stiffness, len(cut), follows)
         else:
-            bears = self.surface_response(surface, front, [(piece, piece.left.bears.T) for piece in pieces])
+            bears = self._surface_response(surface, front, [(piece, piece.left.bears.T) for piece in pieces])
             left = eliminated(stiffness, len(cut), follows, bears.T)
         self._grow(surface, *left.grown)
         worst = min([left.reciprocal_condition, *(piece.reciprocal_condition for piece in pieces)])
@@ -248,7 +248,7 @@ class _Slab:
         place[cut], place[border] = np.arange(len(cut)), np.arange(len(cut), size)
         return _Front(cut, border, place)
 
-    def surface_response(self, surface: slice, front: _Front, pieces: list[tuple[_Piece, Dense]]) -> Dense:
+    def _surface_response(self, surface: slice, front: _Front, pieces: list[tuple[_Piece, Dense]]) -> Dense:
         """Response of a piece's surface to a front, (surface, size), from the responses of the pieces on either side."""
         follows = np.zeros((surface.stop - surface.start, front.size))
         for piece, of_border in pieces:
@@ -272,10 +272,10 @@ class _Slab:
         """Fields of the shorter cut, upright or level, through the middle; and those on either side."""
         if len(inside) <= SMALLEST_PART:
             return inside, inside[:0], inside[:0]
-        ways = [self.has_cut_fields(inside, self.places[inside, axis]) for axis in (0, 1)]
+        ways = [self._has_cut_fields(inside, self.places[inside, axis]) for axis in (0, 1)]
         return min(ways, key=lambda way: len(way[0]))
 
-    def has_cut_fields(self, inside: Indices, places: Dense) -> tuple[Indices, Indices, Indices]:
+    def _has_cut_fields(self, inside: Indices, places: Dense) -> tuple[Indices, Indices, Indices]:
         """All fields of one side that act on the other are cut: the side further left, or deeper, without surface."""
         # The median, not the middle: grids are finer near the surface, and halves are to be equally large.
         beyond = places >= np.partition(places, len(places) // 2)[len(places) // 2]

@@ -126,7 +126,7 @@ def across(grid: Grid, row: int) -> tuple[NDArray[np.int64], Basis]:
 # Under all supports the bottom row rests on a flat rigid plane (w = 0). They differ in the nodes with u = 0.
 
 
-def restrained_nodes(grid: Grid, support: Support) -> NDArray[np.bool_]:
+def support_mask(grid: Grid, support: Support) -> NDArray[np.bool_]:
     """Mask of the nodes with u = 0 and of those with w = 0, shape (2, nodes). `bonded`: u = 0 along the bottom.
 
     `frictionless`: u = 0 at the bottom's middle node only; there displacements grow as the logarithm of the refinement.

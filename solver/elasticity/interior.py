@@ -30,7 +30,7 @@ def interior_fields(slab: Slab, nodal_force: Floats) -> InteriorFields:
     """
     whole = stiffness(trunk(slab))
     found = _solved(whole, slab.poisson, nodal_force)
-    return found if trunk(slab) == slab else extend_fields(slab, whole, found, nodal_force.ravel())
+    return found if trunk(slab) == slab else _extend_fields(slab, whole, found, nodal_force.ravel())
 
 
 def _solved(whole: Stiffness, poisson: float, nodal_force: Floats) -> InteriorFields:
@@ -60,7 +60,7 @@ def _displaced(whole: Stiffness, forces: Vector) -> Vector:
     return total
 
 
-def extend_fields(slab: Slab, whole: Stiffness, found: InteriorFields, force: Vector) -> InteriorFields:
+def _extend_fields(slab: Slab, whole: Stiffness, found: InteriorFields, force: Vector) -> InteriorFields:
     """The fields of a tall slab: the trunk's upper half moved along with the surface, its lower half under a bar's forces."""
     acting = resultants(slab.n_x) @ force
     w, u, rotation = lengthening(slab) @ acting
@@ -81,13 +81,13 @@ def gradient(grid: Grid, values: Vector) -> tuple[Vector, Vector]:
     down = []
     for row in range(grid.rows):
         used, basis = across(grid, row)
-        above_or_below = [interpolate_row(grid, rows[q], int(q), row) for q in used]
+        above_or_below = [_interpolate_row(grid, rows[q], int(q), row) for q in used]
         weights = value(slopes(basis), 0.0)
         down.append(sum(weight * seen for weight, seen in zip(weights, above_or_below, strict=True)))
     return np.concatenate(along), np.concatenate(down)
 
 
-def interpolate_row(grid: Grid, values: Vector, row: int, here: int) -> Vector:
+def _interpolate_row(grid: Grid, values: Vector, row: int, here: int) -> Vector:
     """Values of the field of one row, interpolated to the x of the nodes of another row."""
     if grid.counts[row] == grid.counts[here]:
         return values

@@ -32,7 +32,7 @@ def slide_with_coulomb_friction(case: Case, start: ContactState, compliance: Com
     a node which is released. The energy dissipated in sliding since the last event is counted at the event.
     """
     compliance = compliance if case.effects.coupling else compliance.decouple()
-    run, outcome = CoulombRun(case, contact_at_limit(case, start, compliance, way), way), COMPLETED
+    run, outcome = CoulombRun(case, _contact_at_limit(case, start, compliance, way), way), COMPLETED
     try:
         run.follow()
         if math.isinf(way.end(case, run.presliding)) and run.solved.displacement >= off_the_slab(case):
@@ -46,7 +46,7 @@ def slide_with_coulomb_friction(case: Case, start: ContactState, compliance: Com
     )
 
 
-def contact_at_limit(case: Case, start: ContactState, compliance: Compliance, way: Way) -> coulomb.CoulombContact:
+def _contact_at_limit(case: Case, start: ContactState, compliance: Compliance, way: Way) -> coulomb.CoulombContact:
     """The contact in this state; nodes at their limit of friction slide."""
     limits = node_limit(case, compliance.widths, -start.nodal_force[1], start.first_node)
     # A state does not hold roles: a node at its limit, but for rounding, was sliding.

@@ -9,7 +9,7 @@ from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.compiled_contact import (
     CompiledContact,
     answer_violations,
-    compiled_contact,
+    compile_contact,
     contact_value,
     correct_rounding,
     dropped_nodes,
@@ -148,7 +148,7 @@ def compile_state(
     contact, u, displacement, first = state.contact, state.u, state.displacement, state.first_node
     height = make_pin(case).height(np.where(contact, surface_from_pin(case, first) + u - displacement, 0.0))
     place = (displacement, first, load, direction)
-    return compiled_contact(case, compliance, contact, u, height, followed, *place, slides=True)
+    return compile_contact(case, compliance, contact, u, height, followed, *place, slides=True)
 
 
 def _followed(case: Case, state: ContactState, whole: bool) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case, Interface
-from nanoslip.solver.ensemble import ALONE, Ensemble, chance_of
+from nanoslip.solver.ensemble import ALONE, Ensemble, draw_start
 from nanoslip.solver.outcome import COMPLETED, Outcome
 
 PIECES: Final = 2**14
@@ -66,7 +66,7 @@ class Portion:
 
 def chances(case: Case) -> Floats:
     """(N,) Numbers from 0 to below 1 that decide the contacts' loads."""
-    drawn = np.random.PCG64(chance_of(case, 0, case.start).seed).random_raw(case.interface.contacts)
+    drawn = np.random.PCG64(draw_start(case, 0, case.start).seed).random_raw(case.interface.contacts)
     return np.asarray((drawn >> np.uint64(11)) * 2.0**-53)
 
 
@@ -75,12 +75,12 @@ def compressions(drawn: Floats) -> Floats:
     return -np.log1p(-drawn)
 
 
-def contact_of(case: Case, number: int, share: float = 1.0, places: Ensemble = ALONE) -> Case:
+def interface_contact(case: Case, number: int, share: float = 1.0, places: Ensemble = ALONE) -> Case:
     """A contact of an interface by its number from 0, as a case of its own."""
     alone = replace(case, interface=Interface(), normal_load=case.normal_load * share)
     if number == 0:
         return alone
-    return places.moved(alone, chance_of(case, number, case.start))
+    return places.moved(alone, draw_start(case, number, case.start))
 
 
 def batches(contacts: int) -> list[tuple[int, int]]:

@@ -19,10 +19,10 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import as_field, quantities, require
 from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.record import FrictionRecord
-from nanoslip.solver.sliding.slide import followed
+from nanoslip.solver.sliding.slide import run_way
 from nanoslip.solver.sliding.validity import DOUBTFUL, contact_flags, encode_flags, record_flags
 from nanoslip.solver.sliding.way import Run, Way
-from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, labelled
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, label_numbers
 
 
 def _as_turn(name: str) -> Any:
@@ -92,7 +92,9 @@ class Path(Viewed):
         yield describe_outcome(self.outcome)
 
     def _labelled(self) -> Iterator[Labelled]:
-        return itertools.chain(labelled(loops_of(self)), labelled(leg_numbers(self)), labelled(path_line(self)))
+        return itertools.chain(
+            label_numbers(loops_of(self)), label_numbers(leg_numbers(self)), label_numbers(path_line(self))
+        )
 
     def _factors(self) -> dict[str, float]:
         return {"normal_load": 1.0 / self.normal_load}
@@ -119,7 +121,7 @@ def follow(case: Case, compliance: Compliance, seen: Callable[[ContactState], No
         case, path=RECORD, max_events=MOST_EVENTS, max_presliding=None, max_displacement=None, max_spacings=None
     )
     # A run that ends where it starts: it has the stiffness.
-    before = followed(alone, compliance, start, Way(case.normal_load, until=start.displacement)).record
+    before = run_way(alone, compliance, start, Way(case.normal_load, until=start.displacement)).record
     end, outcome, flags = start, before.outcome, encode_flags(contact_flags(case, start))
     points = case.path.points(case.normal_load, before.presliding_length) if outcome.ok else ()
     if outcome.ok:
@@ -148,7 +150,7 @@ def _followed(
             continue
         # Tolerances are shares of the load: of the larger one along a leg.
         scaled = replace(case, normal_load=max(load, point[1]))
-        run = followed(scaled, compliance, state, way)
+        run = run_way(scaled, compliance, state, way)
         flags = encode_flags(record_flags(scaled, start, run.record, run.end))
         yield _leg(run, state, way, point[1], case.normal_load), run.end, flags
         state, load, ahead = run.end, point[1], way.direction.ahead

@@ -16,7 +16,7 @@ from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.record import RUN_IN, SPACINGS, FrictionRecord, require_record
-from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, labelled
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, label_numbers
 
 FEWEST_EVENTS: Final = 8
 """Fewest events of a steady part: fewer do not determine the mean of a sawtooth."""
@@ -84,7 +84,7 @@ class Plateau(Viewed):
         yield describe_outcome(self.outcome)
 
     def _labelled(self) -> Iterator[Labelled]:
-        return labelled(self, self.PREFIX)
+        return label_numbers(self, self.PREFIX)
 
     def _picture(self) -> Picture:
         """The mean over the steady part, dashed one standard deviation of F/W above and below."""
@@ -176,13 +176,13 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     )
 
 
-def shared_error(plateaus: Sequence[Plateau]) -> float:
+def plateau_error(plateaus: Sequence[Plateau]) -> float:
     """The part of the ± of a mean plateau that all its starts share, as F/W; more starts do not reduce it.
 
     Drift from half to half that chance does not explain (two-way analysis of variance: Searle et al., Variance Components, 1992).
     NaN of one start.
     """
-    return drift_error([each.drift for each in plateaus])
+    return _drift_error([each.drift for each in plateaus])
 
 
 def event_drift_error(plateaus: Sequence[Plateau]) -> float:
@@ -191,7 +191,7 @@ def event_drift_error(plateaus: Sequence[Plateau]) -> float:
     NaN (unknown) if records are shorter than two node spacings: half of the events come in a tenth of a spacing, so that starts
     with short records miss them together. With constant pressures records have no spacings, and each is its start's own.
     """
-    return drift_error([each.event_drift for each in plateaus]) if all(map(repeats, plateaus)) else math.nan
+    return _drift_error([each.event_drift for each in plateaus]) if all(map(repeats, plateaus)) else math.nan
 
 
 def repeats(plateau: Plateau) -> bool:
@@ -199,7 +199,7 @@ def repeats(plateau: Plateau) -> bool:
     return plateau.spacings == 0.0 or plateau.spacings > SPACINGS - 0.5
 
 
-def shared_by_length(growth: Sequence[float]) -> float:
+def extreme_error(growth: Sequence[float]) -> float:
     """The part of the ± of a mean extreme that all its starts share, as their records end somewhere; NaN of one start.
 
     growth: what the later half of each record adds to the first. Where the extreme has a bound that the surface reaches with
@@ -209,7 +209,7 @@ def shared_by_length(growth: Sequence[float]) -> float:
     return float(student(2)) * abs(float(np.mean(growth))) if len(growth) > 1 else math.nan
 
 
-def drift_error(drifts: Sequence[float]) -> float:
+def _drift_error(drifts: Sequence[float]) -> float:
     """Error of a mean by what all starts share of its change from half to half; NaN of one start."""
     if len(drifts) < 2:
         return math.nan

@@ -46,7 +46,7 @@ class PowerLaw(NamedTuple):
     """Largest difference of the two cumulative distributions there (Kolmogorov, Smirnov)."""
 
 
-def sorted_sizes(sizes: Floats | NDArray[np.int64], discrete: bool) -> SizeSample:
+def sort_sizes(sizes: Floats | NDArray[np.int64], discrete: bool) -> SizeSample:
     """The sizes that are finite and above 0, sorted."""
     values = np.asarray(sizes, np.float64)
     return SizeSample(np.sort(values[np.isfinite(values) & (values > 0.0)]), discrete)
@@ -249,7 +249,7 @@ def logarithmic_histogram(
     Ends of bins are powers of 10^(1/per_decade), the same for all samples; of whole numbers they are rounded up to one half
     below a number, and bins without a number are left out.
     """
-    values = sorted_sizes(sizes, discrete).values
+    values = sort_sizes(sizes, discrete).values
     if not len(values):
         return Histogram(np.empty(0), np.empty(0, np.int64), np.empty(0), np.empty(0))
     edges = _edges(values, per_decade, discrete)

@@ -14,7 +14,7 @@ from nanoslip.solver.contact.kernels.state import EventKind
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import ENERGY, OVER_LOAD, Quantity, quantities, quantity, require
 from nanoslip.solver.slab import surface_y
-from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, labelled
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, label_numbers
 
 EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)
 """Triggers of an event: ("slip", "release", "touch"); `FrictionRecord.kind` holds the position in this tuple."""
@@ -157,7 +157,7 @@ class FrictionRecord(Viewed):
         yield describe_outcome(self.outcome)
 
     def _labelled(self) -> Iterator[Labelled]:
-        yield from labelled(self)
+        yield from label_numbers(self)
         if (y := self.node_y).any():
             yield RECORD_Y, y
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats, Vector
-from nanoslip.solver.ensemble import jackknife, mean_of, needed
+from nanoslip.solver.ensemble import fewest_members, jackknife, mean_of
 from nanoslip.solver.parameter import as_field, quantities, quantity
 from nanoslip.solver.sliding import power_law
 from nanoslip.solver.sliding.plateau import Plateau
@@ -184,8 +184,8 @@ class SizeDistribution(OneLine):
 def size_distribution(*members: Values, discrete: bool, draws: int = power_law.DRAWS) -> SizeDistribution:
     """The distribution of the sizes of all members together, each in any order; sizes not above 0 are left out.
 
-    All numbers are NaN if too few members have sizes (`needed`). discrete: whole numbers, such as slips. draws: samples for the
-    goodness of fit, which is NaN for 0.
+    All numbers are NaN if too few members have sizes (`fewest_members`). discrete: whole numbers, such as slips.
+    draws: samples for the goodness of fit, which is NaN for 0.
     """
     each, sample = _together(members, discrete)
     count, law = len(sample.values), power_law.find_power_law(sample)
@@ -201,9 +201,9 @@ def size_distribution(*members: Values, discrete: bool, draws: int = power_law.D
 
 def _together(members: Sequence[Values], discrete: bool) -> tuple[list[Floats], power_law.SizeSample]:
     """Sizes of each member with sizes, and of all together; empty if too few members have sizes."""
-    each = [values for sizes in members if len(values := power_law.sorted_sizes(sizes, discrete).values)]
-    enough = len(each) >= needed(len(members))
-    return each, power_law.sorted_sizes(np.concatenate([np.empty(0), *(each if enough else ())]), discrete)
+    each = [values for sizes in members if len(values := power_law.sort_sizes(sizes, discrete).values)]
+    enough = len(each) >= fewest_members(len(members))
+    return each, power_law.sort_sizes(np.concatenate([np.empty(0), *(each if enough else ())]), discrete)
 
 
 def exponent_over_members(members: Sequence[Floats], fitted: float, discrete: bool) -> tuple[float, float, int]:
@@ -213,7 +213,7 @@ def exponent_over_members(members: Sequence[Floats], fitted: float, discrete: bo
     # The cut-off is looked for without each member anew, as its choice is a part of the error: with that of all members as given
     # ± held in 57 to 69 of 100 ensembles of 2 to 16 members, so in 67 to 84.
     rest = (np.concatenate([np.empty(0), *members[:left], *members[left + 1 :]]) for left in range(len(members)))
-    laws = [power_law.find_power_law(power_law.sorted_sizes(sizes, discrete)) for sizes in rest]
+    laws = [power_law.find_power_law(power_law.sort_sizes(sizes, discrete)) for sizes in rest]
     error = jackknife([power_law.exponent_in_range(law.exponent) if law else math.nan for law in laws])
     return exponent, error, len(members)
 
@@ -236,7 +236,7 @@ _NUMBERS: Final = ("exponent", "exponent_uncertainty", "exponent_members", "cuto
 """Fields of a SizeDistribution that a result holds."""
 
 
-def size_fields(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
+def _size_fields(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
     """The fields of one size: name, type, declaration."""
     of, reference = f"of {meaning}", f"; {_REFERENCE[size]}" if size in _REFERENCE else ""
     exponent = (
@@ -274,7 +274,7 @@ EventDistributions: Any = make_dataclass(
     "EventDistributions",
     [
         *_declared("sized_events", "events whose sizes are distributed", _POOLED),
-        *(each for size, meaning in SIZES.items() for each in size_fields(size, meaning)),
+        *(each for size, meaning in SIZES.items() for each in _size_fields(size, meaning)),
         *(each for name, stated in _ALONE.items() for each in _declared(name, *stated, ensemble=True)),
     ],
     frozen=True,
@@ -308,7 +308,7 @@ def event_distributions(
     # No displacement is at least NaN: a record that is not usable gives no sizes.
     each = [event_sizes(record, plateau.start if record.outcome.usable else math.nan) for record, plateau in members]
     counts = [len(sizes.slips) for sizes in each if len(sizes.slips)]
-    found: dict[str, Any] = {"sized_events": sum(counts) if len(counts) >= needed(len(each)) else 0}
+    found: dict[str, Any] = {"sized_events": sum(counts) if len(counts) >= fewest_members(len(each)) else 0}
     for size, discrete in DISCRETE.items():
         fit = size_distribution(*(getattr(sizes, size) for sizes in each), discrete=discrete, draws=draws)
         found |= {f"{size}_{name}": getattr(fit, name) for name in _NUMBERS}

@@ -33,10 +33,10 @@ def slide_to_state(
     case: Case, compliance: Compliance, start: ContactState | None = None
 ) -> tuple[FrictionRecord, ContactState]:
     """Like `slide`, and the contact as it is where the record ends."""
-    return followed(case, compliance, start)[:2]
+    return run_way(case, compliance, start)[:2]
 
 
-def followed(case: Case, compliance: Compliance, start: ContactState | None = None, way: Way | None = None) -> Run:
+def run_way(case: Case, compliance: Compliance, start: ContactState | None = None, way: Way | None = None) -> Run:
     """The run along a way from `start`: without one, the record of the case."""
     if not case.effects.friction:
         raise InvalidInput("friction", False, "the stage contact alone, there is nothing to slide against")

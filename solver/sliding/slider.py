@@ -17,9 +17,9 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case, Effects, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import Compliance
-from nanoslip.solver.ensemble import ALONE, Ensemble, needed
+from nanoslip.solver.ensemble import ALONE, Ensemble, fewest_members
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
-from nanoslip.solver.sliding.interface import PIECES, Portion, batches, chances, compressions, contact_of
+from nanoslip.solver.sliding.interface import PIECES, Portion, batches, chances, compressions, interface_contact
 from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.record import FrictionRecord, farthest
 from nanoslip.solver.sliding.slide import slide, slide_to_state
@@ -47,13 +47,13 @@ def shares(case: Case, compliance: Compliance) -> Floats:
         return np.ones(len(drawn))
     else:
         compressed = compressions(drawn)
-        loads = compressed if case.interface.loads == "exponential" else relative_loads(case, compliance, compressed)
+        loads = compressed if case.interface.loads == "exponential" else _relative_loads(case, compliance, compressed)
     return np.asarray(loads / loads.mean())
 
 
-def relative_loads(case: Case, compliance: Compliance, compressed: Floats) -> Floats:
+def _relative_loads(case: Case, compliance: Compliance, compressed: Floats) -> Floats:
     """Relative forces (N,) on contacts pressed to multiples of one depth, over their mean; the depth follows from them."""
-    alone = replace(contact_of(case, 0), effects=Effects(friction=False), slip_rule=SlipRule())
+    alone = replace(interface_contact(case, 0), effects=Effects(friction=False), slip_rule=SlipRule())
     loads = case.normal_load * 2.0 ** np.arange(-20.0, 8.0)
     loads = loads[loads <= 1.0]
     found = [initial_contact(replace(alone, normal_load=load), compliance) for load in loads.tolist()]
@@ -76,12 +76,12 @@ def portion(case: Case, compliance: Compliance, first: int, beyond: int, places:
     try:
         loads = shares(case, compliance)
         heaviest = int(loads.argmax())
-        end = _end(contact_of(case, heaviest, loads[heaviest], places), compliance)
+        end = _end(interface_contact(case, heaviest, loads[heaviest], places), compliance)
     except SolverError as error:
         return _without(found, error.outcome, beyond - first)
     for number in range(first, beyond):
         try:
-            found = _together(found, _alone(contact_of(case, number, loads[number], places), compliance, end))
+            found = _together(found, _alone(interface_contact(case, number, loads[number], places), compliance, end))
         except SolverError as error:
             found = _without(found, error.outcome, 1)
     return found
@@ -201,7 +201,7 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
     Raises SolverError if fewer than half of the contacts have a record.
     """
     total = reduce(_together, portions)
-    if total.contacts < needed(case.interface.contacts):
+    if total.contacts < fewest_members(case.interface.contacts):
         raise _ended(replace(total.outcome, ending=_ENDINGS[total.ending]))
     there = case.total_load / total.load
     edges = np.linspace(0.0, total.end, PIECES + 1)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case, Image, make_image
 from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
 from nanoslip.solver.contact.kernels.events import STEEPEST
-from nanoslip.solver.contact.limit import area_within, contact_limit, limit_over_pressure
+from nanoslip.solver.contact.limit import contact_limit, half_width_area, limit_over_pressure
 from nanoslip.solver.contact.pin import estimate_half_width, make_pin, roughness_slopes, surface_from_pin
 from nanoslip.solver.contact.soundness import DOWNHILL, STEEP_PIN, energy_created, steepest_across
 from nanoslip.solver.contact.state import ContactState, contact_width
@@ -270,7 +270,7 @@ def least_plateau(case: Case) -> float:
 
 def sliding_friction(case: Case) -> float:
     """F/W of steady sliding if slips drop no stress: μ_i, and with a strength τ_0·area/W more, by the area that is guessed."""
-    area = area_within(case, min(guess_half_width(case), 0.5))
+    area = half_width_area(case, min(guess_half_width(case), 0.5))
     return contact_limit(case, area) / case.normal_load
 
 
@@ -306,7 +306,7 @@ def decode_flags(mask: int) -> Flags:
     return tuple(flag for flag in FLAGS if mask & flag.mask)
 
 
-def advice_on(flags: Iterable[Flag]) -> str:
+def flag_advice(flags: Iterable[Flag]) -> str:
     """Advice on flags, in one line; empty without flags."""
     return "; ".join(f"{flag.name}: {flag.advice}" for flag in flags)
 
@@ -326,7 +326,7 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
     narrowest = min(seen.half_width, expected)  # few nodes make a narrow contact seem wide
     several = FEWEST_NODES / 2 * case.slab.spacing  # of fewer nodes the one flag says enough
     planar = case.slab.scheme.planar
-    pressed = case.normal_load > LARGEST_PRESSURE * area_within(case, narrowest)
+    pressed = case.normal_load > LARGEST_PRESSURE * half_width_area(case, narrowest)
     strained = pressed or case.slip_rule.strength > LARGEST_PRESSURE
     found = (
         Flag.few_nodes if seen.fewest < (FEWEST_IN_PLANE if planar else FEWEST_NODES) else None,

@@ -20,7 +20,7 @@ from nanoslip.solver.parameter import Quantity
 from nanoslip.solver.sliding.validity import predict_flags, sliding_friction
 from nanoslip.solver.view import with_error
 from nanoslip.study.accuracy.effects import Done, compute_tasks, scalar_key, scene_tasks
-from nanoslip.study.dataset.variables import DRIVE, alike_starts, by_name, factors, mean_in_dataset
+from nanoslip.study.dataset.variables import DRIVE, alike_starts, factors, mean_in_dataset, variables_by_name
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.parameters import as_written, compact, make_case
@@ -230,7 +230,7 @@ def deciding_words(found: Deciding, title: str = "") -> Iterator[str]:
 
     title: of the number.
     """
-    unit = as_written(by_name()[found.variable].units)
+    unit = as_written(variables_by_name()[found.variable].units)
     worded = with_error if unit == "1" else lambda value, error: compact(value, unit, error)
     values = [f"{worded(each.value, each.error)} with {times(each)}" for each in found.computed]
     if values:

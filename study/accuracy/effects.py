@@ -21,7 +21,7 @@ from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import quantities
 from nanoslip.study.manifest.cases import CampaignCase
-from nanoslip.study.manifest.checker import refused
+from nanoslip.study.manifest.checker import find_refusal
 from nanoslip.study.manifest.manifest import OF_CONTACTS, USUAL_MEMBERS, Manifest, TargetTable
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import refuse_with_stages
@@ -133,7 +133,7 @@ class Verdict(NamedTuple):
     unknown: tuple[str, ...]
 
 
-def verdict_of(found: Sequence[Influence], tolerance: float) -> Verdict:
+def find_verdict(found: Sequence[Influence], tolerance: float) -> Verdict:
     """Sort effects by their changes. tolerance: relative; 0 without one."""
     sorted_by = dict[str, list[str]](needed=[], negligible=[], unknown=[])
     for effect in dict.fromkeys(each.effect for each in found):
@@ -185,7 +185,7 @@ def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, s
         if of_case.there(case):
             try:
                 without = of_case.without(case)
-                wrong = refused(refuse_with_stages, scenes.manifest, without)
+                wrong = find_refusal(refuse_with_stages, scenes.manifest, without)
                 yield of_case.name, without, scenes.drives, str(wrong or "")
             except InvalidInput as error:
                 yield of_case.name, case, scenes.drives, str(error)

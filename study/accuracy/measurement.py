@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.friction_limit import friction_limit_of
 from nanoslip.solver.dynamics.integrators import RK4, Exact, integrate
 from nanoslip.solver.dynamics.result import DynamicsResult
@@ -26,7 +26,7 @@ from nanoslip.study.accuracy.diagram import FRONT_MARK, Diagram, Row, diagram_cs
 from nanoslip.study.accuracy.effects import measure_time
 from nanoslip.study.accuracy.operators import measure_elastic_operator
 from nanoslip.study.accuracy.records import measure_records
-from nanoslip.study.accuracy.setup import Effort, Setup, least_of, on
+from nanoslip.study.accuracy.setup import Effort, Setup, change_grid, warm_up_setup
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.origin import here, model
 from nanoslip.study.provenance import UNKNOWN
@@ -60,8 +60,8 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
         reached = slide(case, surface_compliance(case.slab)).final_displacement
         case = replace(case, max_events=None, max_displacement=reached)
     rows: list[Row] = []
-    for knob, cases in knob_cases(case, effort).items():
-        readings = [(value, *measure_starts(each, setup, effort)) for value, each in cases]
+    for knob, cases in _knob_cases(case, effort).items():
+        readings = [(value, *_measure_starts(each, setup, effort)) for value, each in cases]
         rows += [_row(knob, value, seconds, reading, readings[-1][2]) for value, seconds, reading in readings]
     plateau, others = ("plateau", "plateau_difference", "plateau_distance"), ("static", "static_distance", "kinetic")
     return Diagram(
@@ -75,7 +75,7 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
     )
 
 
-def measure_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Reading]:
+def _measure_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Reading]:
     """Processor time of the first start's record, and the means of what is read off all of them."""
     ensemble, compliance = Ensemble(effort.starts), surface_compliance(case.slab)
     first, *others = (ensemble.case(case, number) for number in range(effort.starts))
@@ -88,9 +88,9 @@ def measure_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Rea
     return seconds, {name: (float(mean.mean), float(mean.uncertainty)) for name, mean in means.items()}
 
 
-def knob_cases(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
+def _knob_cases(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
     """Knob -> its values and their cases, the reference last."""
-    sizes = [(float(size), on(case, n_x=size, scheme=case.slab.scheme.name)) for size in effort.record_sizes]
+    sizes = [(float(size), change_grid(case, n_x=size, scheme=case.slab.scheme.name)) for size in effort.record_sizes]
     rules = [replace(case.slip_rule, event_floor=each) for each in sorted(effort.event_floors, reverse=True)]
     return {"n_x": sizes, "event_floor": [(rule.event_floor, replace(case, slip_rule=rule)) for rule in rules]}
 
@@ -100,7 +100,7 @@ def record_observables(record: FrictionRecord, setup: Setup) -> dict[str, float]
     values = dict.fromkeys(OBSERVABLES, math.nan) | {"step": event_statistics(record).mean_step}
     plateau = plateau_of(record)
     if plateau.outcome.ok:
-        _, friction = measured(record, plateau, setup.drive.dimensionless(setup.scales))
+        _, friction = measure_motion(record, plateau, setup.drive.dimensionless(setup.scales))
         means = (plateau.mean, friction.static_friction, friction.kinetic_friction)
         values |= dict(zip(OBSERVABLES, means, strict=False))
     return values
@@ -187,7 +187,7 @@ class Measurement:
 
 def measure_accuracy(setup: Setup, effort: Effort) -> Measurement:
     """Measure every setting: the least of each first, so that no time contains compilation, then the requested effort."""
-    _measure(setup, least_of(effort))
+    _measure(setup, warm_up_setup(effort))
     return _measure(setup, effort)
 
 

@@ -20,7 +20,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import Compliance, EndlessCompliance, surface_compliance
 from nanoslip.solver.elasticity.schemes.endless import EndlessScheme
 from nanoslip.solver.outcome import InvalidInput, SolverError
-from nanoslip.solver.parameter import choices_of
+from nanoslip.solver.parameter import field_choices
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.diagram import Diagram, Row
@@ -97,7 +97,7 @@ def punch_observables(compliance: Compliance, half_widths: Iterable[float]) -> d
 
 def _energies(compliance: Compliance, half_width: float) -> dict[str, float]:
     """Energies of unit elliptic loads, and the work of an odd shear on what an elliptic pressure moves sideways."""
-    even = _forces_of(compliance, half_width)
+    even = _elliptic_forces(compliance, half_width)
     odd, nothing = even * compliance.x / half_width, np.zeros(len(even))
     sideways, down = compliance.displacements(np.array([nothing, even]))
     dragged, _ = compliance.displacements(np.array([even, nothing]))
@@ -108,7 +108,7 @@ def _energies(compliance: Compliance, half_width: float) -> dict[str, float]:
     }
 
 
-def _forces_of(compliance: Compliance, half_width: float) -> Vector:
+def _elliptic_forces(compliance: Compliance, half_width: float) -> Vector:
     """Nodal forces (n,) of a unit elliptic load: of a cylinder, or on a plane of nodes of a ball."""
     if compliance.slab.scheme.planar:
         return nodal_forces_of_ball(compliance, half_width)
@@ -187,7 +187,7 @@ def _measured(setup: Setup, slab: Slab, effort: Effort, truth: Mapping[float, Ma
     """Times and errors of a discretization, or nothing where the slab or its contact has no answer in it."""
     case = replace(setup.case, slab=slab, max_events=None, max_displacement=DISPLACEMENT)
     try:
-        compliance, seconds = measure_time(partial(_computed_anew, slab), effort.repeats)
+        compliance, seconds = measure_time(partial(_compute_anew, slab), effort.repeats)
     except SolverError:
         return
     values = punch_observables(compliance, truth)
@@ -199,7 +199,7 @@ def _measured(setup: Setup, slab: Slab, effort: Effort, truth: Mapping[float, Ma
         yield {**_knobs(slab), **times, **worst, "error": _worst(worst)}
 
 
-def _computed_anew(slab: Slab) -> Compliance:
+def _compute_anew(slab: Slab) -> Compliance:
     """The surface compliance, without the convolutions that `surface_compliance` keeps and finds in no time."""
     if isinstance(slab.scheme, EndlessScheme):
         return EndlessCompliance(slab.scheme.convolution(slab), slab)
@@ -220,6 +220,6 @@ def _words(slab: Slab, doubt: float) -> str:
 def _knobs(slab: Slab) -> dict[str, Value]:
     """Settings that discretize a slab; numbers that its scheme does not have are NaN, words empty."""
     kinds: tuple[Any, ...] = tuple(SCHEMES.values())
-    words = {item.name for kind in kinds for item in fields(kind) if choices_of(item.type)}
+    words = {item.name for kind in kinds for item in fields(kind) if field_choices(item.type)}
     nothing = {name: "" if name in words else math.nan for name in discretization_settings(slab)}
     return {name: nothing[name] if value is None else value for name, value in discretization_settings(slab).items()}

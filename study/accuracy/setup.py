@@ -83,7 +83,7 @@ ACROSS_BALL: Final = (13, 17, 25, 33)
 """n_x of a ball: the nodes in contact are the square of those across, and time grows faster than with their square."""
 
 
-def effort_for(case: Case, quick: bool) -> Effort:
+def measurement_effort(case: Case, quick: bool) -> Effort:
     """The extent of a measurement of a case; of a ball, with a square of nodes for each row, fewer and coarser ones."""
     effort = QUICK if quick else FULL
     if quick or not case.slab.scheme.planar:
@@ -98,7 +98,7 @@ def effort_for(case: Case, quick: bool) -> Effort:
     )
 
 
-def least_of(effort: Effort) -> Effort:
+def warm_up_setup(effort: Effort) -> Effort:
     """The first of everything: it runs, and so compiles or loads, all that the whole effort times."""
     return replace(
         effort,
@@ -154,6 +154,6 @@ def discretization_settings(slab: Slab) -> dict[str, Any]:
     return {name: slab.flat[name] for name in parameters.settings()}
 
 
-def on(case: Case, **discretization: object) -> Case:
+def change_grid(case: Case, **discretization: object) -> Case:
     """The case on its slab with another grid, the scheme's own values for what is not given. Raises InvalidInput."""
     return replace(case, slab=change_discretization(case.slab, discretization))

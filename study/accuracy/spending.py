@@ -63,7 +63,7 @@ class Spending:
         return self.members * self.presliding / (USUAL_MEMBERS * USUAL_LENGTH)
 
 
-def probed(manifest_of: ManifestOf, grids: Sequence[int]) -> Iterator[tuple[Sample, Sample]]:
+def probe_lengths(manifest_of: ManifestOf, grids: Sequence[int]) -> Iterator[tuple[Sample, Sample]]:
     """Samples on a fine and a coarse grid, `grids`, with each length of record that has a plateau on both."""
     done: Done = {}
     # First once uncounted: it loads libraries, compiles kernels and computes compliances, which larger grids take no longer for.

@@ -22,7 +22,7 @@ from nanoslip.study.accuracy.deciding import (
     times,
 )
 from nanoslip.study.dataset.table import case_rows
-from nanoslip.study.dataset.variables import DRIVE_NAME, VALIDITY, by_name, fewer, missing_error_reasons
+from nanoslip.study.dataset.variables import DRIVE_NAME, VALIDITY, fewer, missing_error_reasons, variables_by_name
 from nanoslip.study.figures.points import symbol
 from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest, drive_sizes
@@ -40,18 +40,18 @@ def influences_on_case(
     names = ["critical_velocity", *summary.main_numbers(case), MAIN["slip" in manifest.stages]]
     for main in names if of.case is not None else ():
         if main in case and main in numbers_of_tasks() and not case[main].dims and math.isfinite(float(case[main])):
-            drive = first_drive(case, manifest)
-            return deciding(manifest, of, main, most, out, drive.drive if drive else None, report_grid_time)
+            drive = _first_drive(case, manifest)
+            return deciding(manifest, of, main, most, out, drive.drive if drive else None, _report_grid_time)
     return None
 
 
-def report_grid_time(n_x: int, seconds: float) -> None:
+def _report_grid_time(n_x: int, seconds: float) -> None:
     """Report a grid that is computed for what decides, and its time, unless that is short."""
     if seconds >= 1.0:
         note(f"computing n_x = {n_x}, {roughly(seconds)}", stderr=True)
 
 
-def first_drive(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
+def _first_drive(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
     """The drive of a case of a dataset; of several the first, None without any."""
     at = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
     named = ({DRIVE_NAME.name: each.name, **each.point}.items() for each in manifest.drives)
@@ -91,7 +91,11 @@ STRESS: Final = "plateau_stress"
 
 def number_name(variable: str) -> str:
     """Title of a number in tables, or the symbol of one with a unit."""
-    return summary.SHOWN.get(variable, symbol(variable)) if by_name()[variable].units == "1" else symbol(variable)
+    return (
+        summary.SHOWN.get(variable, symbol(variable))
+        if variables_by_name()[variable].units == "1"
+        else symbol(variable)
+    )
 
 
 _DECIDE: Final = ("intrinsic_friction", "radius", "normal_load", "n_x")
@@ -107,7 +111,7 @@ def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
     sizes = [summary.label_text(values, scales)] if values else []
     if scales and not {"shear_modulus", YOUNG} & stated.keys():
         sizes.append(f"G = {compact(scales.shear_modulus, 'Pa')}")
-    if (drive := first_drive(case, manifest)) and drive.drive:
+    if (drive := _first_drive(case, manifest)) and drive.drive:
         unnamed = {name: (value,) for name, value in drive.drive.flat.items() if name not in drive.given}
         sizes += drive_sizes({name: value for name, value in unnamed.items() if value != (None,)})
     if sizes:
@@ -120,7 +124,7 @@ def critical_words(case: xr.Dataset) -> str:
     value, error = (float(case.get(each, math.nan)) for each in (name, f"{name}_uncertainty"))
     if math.isfinite(value):
         beside = "; ".join((*summary.start_range(case, name), _BELOW))
-        known = f"{compact(value, as_written(by_name()[name].units), error)}{fewer(case, name)} ({beside})"
+        known = f"{compact(value, as_written(variables_by_name()[name].units), error)}{fewer(case, name)} ({beside})"
         return f"no stick-slip above stage velocity {known} at {spring}"
     search = f"{name}_search"
     tally = case_rows(case, search).tallies(search)[0]

@@ -18,7 +18,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from nanoslip.study import shipped
-from nanoslip.study.commands.words import Refusal, aborted, show
+from nanoslip.study.commands.words import Refusal, report_abort, show
 from nanoslip.study.exit_codes import WRONG_INPUT
 from nanoslip.study.results.files import MOST_SHARDS, Shard
 from nanoslip.study.run.launch import GRACE, pin_arithmetic, processes_started
@@ -585,7 +585,7 @@ def main() -> None:
         show(error)
         code = error.exit_code
     except click.Abort:
-        code = aborted()
+        code = report_abort()
     except OSError as error:
         if error.filename is None and error.errno != errno.ENOSPC:
             raise

@@ -16,10 +16,10 @@ from nanoslip.study.dataset.collect import (
     case_layout,
     collect,
     coordinates,
+    count_pending,
     dataset_hash,
     is_current_dataset,
     losses,
-    pending_in,
     write_state,
 )
 from nanoslip.study.dataset.table import one_case, read_scales
@@ -61,7 +61,7 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, replace: bool = 
     file.write_netcdf(collected, path)
     write_state(path, store, dataset_hash(plan.manifest, store))
     _print(collected, path)
-    return pending_in(collected)
+    return count_pending(collected)
 
 
 def print_written(manifest: Manifest, store: Store) -> bool:
@@ -70,7 +70,7 @@ def print_written(manifest: Manifest, store: Store) -> bool:
     if is_current_dataset(path, store, dataset_hash(manifest, store)):
         file.require_closed(path)
         with suppress(StoreError), file.reading(path) as found:  # else it was damaged
-            if not pending_in(found):
+            if not count_pending(found):
                 _print(found, path)
                 return True
     return False
@@ -152,7 +152,7 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def chosen(manifest: Manifest, cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
+def choose_case(manifest: Manifest, cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
     """The one case of a campaign that parameters single out. Raises Refusal."""
     scales = {item.name: getattr(manifest.scales, item.name) for item in fields(Scales)}
     layout = coordinates(manifest, cases, case_layout(manifest))

@@ -12,7 +12,7 @@ from nanoslip.solver.sliding.validity import resolving_nodes
 from nanoslip.solver.view import describe_outcome
 from nanoslip.study import api, shipped
 from nanoslip.study.commands.answering import middle_answer
-from nanoslip.study.commands.datasets import assignments, chosen, find_dataset, is_of
+from nanoslip.study.commands.datasets import assignments, choose_case, find_dataset, is_of
 from nanoslip.study.commands.plans import command_text, planned, plural, refusals
 from nanoslip.study.commands.reading import lines_left_out, parse_option, separation
 from nanoslip.study.commands.words import Refusal
@@ -71,7 +71,7 @@ def draw_figure(
             where = assignments(names[1:])
             with refusals(ValueError), find_dataset(shipped.campaign_file(Path(names[0])), out) as dataset:
                 view = view_named(dataset, y, x, hue, where)
-                write_and_note(figure_files(view, output, table, size or ()))
+                write_and_note(_figure_files(view, output, table, size or ()))
             of = ", ".join(f"{key} = {value}" for key, value in where.items())
             note(f"{view.caption} Of {of}." if of else view.caption)
         elif x or hue or output or table or size:
@@ -83,7 +83,7 @@ def draw_figure(
             note(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
-def figure_files(view: shared.View, output: Path | None, table: bool, size: Sequence[float]) -> dict[Path, bytes]:
+def _figure_files(view: shared.View, output: Path | None, table: bool, size: Sequence[float]) -> dict[Path, bytes]:
     """A figure, and perhaps its numbers beside it."""
     target = output or Path(f"{view.name}.{shared.FORMATS[0]}")
     files = {target: shared.image(shared.resize_figure(view.draw(), size), shared.file_format(target))}
@@ -105,7 +105,7 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
         with api.run(source, out / figures[0].campaign, progress=True) as dataset:
             for figure in figures:
                 note(figure.title)
-                head, *rows = shared.filled(figure.claims(dataset), figure.header)
+                head, *rows = shared.claim_rows(figure.claims(dataset), figure.header)
                 print_table(Table(head, tuple(rows), len(head) - 1))
                 write_and_note(figure_paths(figure, dataset, into, formats))
 
@@ -184,7 +184,7 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str | None,
 
         wanted = parse_events(events) if events else ()
         plan = planned(campaign)
-        case = chosen(plan.manifest, plan.cases, assignments(parameters))
+        case = choose_case(plan.manifest, plan.cases, assignments(parameters))
         if case.case is None:
             raise ManifestError.of(case.point, remark=case.outcome.message)
         wanted = wanted or usual_events(case.case)

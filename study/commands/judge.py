@@ -13,7 +13,7 @@ import click
 
 from nanoslip.study.accuracy.diagram import as_table
 from nanoslip.study.accuracy.measurement import measure_accuracy, write_measurement
-from nanoslip.study.accuracy.setup import default_setup, effort_for, make_setup
+from nanoslip.study.accuracy.setup import default_setup, make_setup, measurement_effort
 from nanoslip.study.commands.datasets import FewerFinishedError, find_dataset, write_dataset
 from nanoslip.study.commands.plans import command_text, planned, plural, print_json, refusals
 from nanoslip.study.commands.words import Refusal
@@ -23,10 +23,10 @@ from nanoslip.study.dataset.agreement import Verdict
 from nanoslip.study.dataset.variables import OUTCOMES, describe, explain_word, rows, variable_text
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
-from nanoslip.study.figures.points import worded
+from nanoslip.study.figures.points import format_words
 from nanoslip.study.manifest import keys
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.manifest.vocabulary import beyond, key_meant
+from nanoslip.study.manifest.vocabulary import key_meant, missing_physics
 from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import FAILED, Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.page import as_csv, as_json
@@ -34,7 +34,7 @@ from nanoslip.study.report.summary import MOST_ROWS, label_text
 from nanoslip.study.results.files import results_folder, shard_folders
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, try_writing, write_files
 from nanoslip.study.run.dispatch import Watch
-from nanoslip.study.run.executor import drop_intermediates, unfinished_tasks
+from nanoslip.study.run.executor import drop_intermediates, tasks_to_do
 from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import task_program
 from nanoslip.study.run.progress import open_progress
@@ -67,7 +67,7 @@ def merge_shards_command(campaign: Path, out: Path | None) -> None:
             write_dataset(plan, store)
         except FewerFinishedError as error:
             problems.append(str(error))
-        rest = unfinished_tasks(plan, store.failures(), store.inventory())
+        rest = tasks_to_do(plan, store.failures(), store.inventory())
     for problem in problems:
         note(problem, stderr=True)
     if rest.given_up:
@@ -121,11 +121,11 @@ def compare_datasets(first: Path, second: Path) -> None:
         found = {kind: compare.match_rows(pair, kind) for kind in kinds}
         if not any(each.labels for each in found.values()):
             raise compare.NotComparableError(f"{first} and {second} share no computed case")
-        seen = [each for kind in kinds for each in compare.observed(found[kind])]
+        seen = [each for kind in kinds for each in compare.uncertain_numbers(found[kind])]
         for kind in kinds:
             _print_rows("drives of cases" if kind else "cases", found[kind], compare.list_unjudged(found[kind]))
         for kind in kinds:
-            _print_runs(compare.compared_runs(found[kind]))
+            _print_runs(compare.compare_runs(found[kind]))
     _print_worst(seen)
     counts = Counter(each.verdict for each in seen)
     always = (Verdict.IDENTICAL, Verdict.WITHIN, Verdict.DIFFERENT)
@@ -167,9 +167,9 @@ def _print_worst(seen: Sequence[compare.Observed]) -> None:
 
 
 def _row(each: compare.Observed) -> tuple[str, ...]:
-    here, there = (worded(value) if isinstance(value, dict) else f"{value:.6g}" for value in each.values)
+    here, there = (format_words(value) if isinstance(value, dict) else f"{value:.6g}" for value in each.values)
     if here == there and isinstance(each.values[0], dict):  # what differs is behind the most frequent word
-        here, there = (worded(value, math.inf) for value in each.values)
+        here, there = (format_words(value, math.inf) for value in each.values)
     verdict = {Verdict.DIFFERENT: "beyond", Verdict.NOT_JUDGED: "not known"}.get(each.verdict, "within")
     apart = "–" if math.isnan(each.apart) else f"{each.apart:.2g}"
     return each.name, here, there, verdict, apart, label_text(each.label)
@@ -262,7 +262,7 @@ def describe_variables(name: str | None, as_json: bool) -> None:
     except KeyError as error:
         key = key or keys.find_key(key_meant(name or ""))
         if key is None:
-            raise Refusal(beyond(name or "") or error.args[0]) from None
+            raise Refusal(missing_physics(name or "") or error.args[0]) from None
         found = []
     if as_json:
         more = {"key": key.place, "allowed": key.allowed, "default": key.default, "example": key.example} if key else {}
@@ -284,7 +284,7 @@ def show_accuracy(campaign: Path | None, out: Path | None, quick: bool) -> None:
     setup = make_setup(load_manifest(campaign)) if campaign else default_setup()
     try_writing(into := results_folder(campaign or Path("accuracy"), out))
     note(f"{setup.title}: measuring, a minute or two unless --quick", stderr=True)
-    measured = measure_accuracy(setup, effort_for(setup.case, quick))
+    measured = measure_accuracy(setup, measurement_effort(setup.case, quick))
     for diagram in measured.diagrams:
         note(f"{diagram.title}; errors against {diagram.reference}")
         print_table(as_table(diagram))

@@ -21,10 +21,17 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import MISSED, MISSING, resolving_nodes
 from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import SECONDS
-from nanoslip.study.accuracy.effects import Influence, Scenes, comparison_seconds, influences, select_scenes, verdict_of
-from nanoslip.study.accuracy.spending import LENGTHS, Sample, Spending, probed, spending
+from nanoslip.study.accuracy.effects import (
+    Influence,
+    Scenes,
+    comparison_seconds,
+    find_verdict,
+    influences,
+    select_scenes,
+)
+from nanoslip.study.accuracy.spending import LENGTHS, Sample, Spending, probe_lengths, spending
 from nanoslip.study.commands.answering import friction_answer, ranking
-from nanoslip.study.commands.datasets import assignments, chosen, find_dataset, is_of, single
+from nanoslip.study.commands.datasets import assignments, choose_case, find_dataset, is_of, single
 from nanoslip.study.commands.plans import BALL, plural, refusals
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file, variables
@@ -84,9 +91,9 @@ def try_campaign(
         _draw().shared.format_of(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
         content = make_campaign(given | ({"critical": "true"} if critical else {}), contact, drive or critical)
-        typed = api.manifest_of(content).fixed.keys()
-        print_sentences(choose_quick_grid(content), stderr=True)
-        manifest, found = api.manifest_of(content), api.run(content, progress=True)
+        typed = api.read_campaign(content).fixed.keys()
+        print_sentences(_choose_quick_grid(content), stderr=True)
+        manifest, found = api.read_campaign(content), api.run(content, progress=True)
     outcomes = [(each.name, why.name) for each, why, *_ in variables.OUTCOMES.values() if each.name in found]
     endings = {found[each].item(): found[why].item() for each, why in outcomes}
     if Ending.INVALID in endings:
@@ -134,7 +141,7 @@ class _Choice(NamedTuple):
         return roughly(self.seconds) + (f" and {self.memory / 1e9:.1f} GB" if self.memory >= 1e9 else "")
 
 
-def choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
+def _choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
     """Give a case without n_x the finest grid, up to the default, that takes at most PATIENCE; report the costs of finer ones.
 
     Where that takes longer than PATIENCE and the case slides, members and lengths that nobody gave are chosen by a probe
@@ -146,7 +153,7 @@ def choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
     usual = _choice(content, grids[0])
     if usual.seconds <= PATIENCE:
         return
-    samples = [] if content.keys() & {*_DECIDED} or "slip" not in content["stages"] else _probed(content, grids)
+    samples = [] if content.keys() & {*_DECIDED} or "slip" not in content["stages"] else _probe_grids(content, grids)
     choices = {n_x: _choice(content, n_x, samples) for n_x in (grids[:1] if given else grids)}
     quick = [n_x for n_x, each in choices.items() if each.seconds <= PATIENCE]
     n_x = quick[0] if quick else grids[0]
@@ -175,25 +182,25 @@ def _choice(content: dict[str, Any], n_x: int, samples: Sequence[tuple[Sample, S
     found = spending(samples, n_x)
     if found:
         on_grid |= {"ensemble": {"members": found.members}, "limits": {"presliding": found.presliding}}
-    tasks = make_plan(api.manifest_of(on_grid)).tasks
+    tasks = make_plan(api.read_campaign(on_grid)).tasks
     seconds = sum(task.cost for task in tasks)
     if found:
         seconds += max(samples[-1][0].excess, 0.0) * found.members * found.presliding
     return _Choice(on_grid, seconds, max((task.memory for task in tasks), default=0.0), found)
 
 
-def _probed(content: dict[str, Any], grids: Sequence[int]) -> list[tuple[Sample, Sample]]:
+def _probe_grids(content: dict[str, Any], grids: Sequence[int]) -> list[tuple[Sample, Sample]]:
     """Samples on the finest of these grids that is quick enough for a probe, and on the next coarser one; none if none is."""
 
     def manifest_at(n_x: int, presliding: float) -> Manifest:
         short = {"ensemble": {"members": FEWEST}, "limits": {"presliding": presliding}}
-        return api.manifest_of(content | short | {"numerics": {**content.get("numerics", {}), "n_x": n_x}})
+        return api.read_campaign(content | short | {"numerics": {**content.get("numerics", {}), "n_x": n_x}})
 
     for fine, coarse in itertools.pairwise(grids):
         plan = make_plan(manifest_at(fine, LENGTHS[0]))
         if sum(task.cost for task in plan.tasks) <= PROBING * PATIENCE:
             with suppress(ManifestError):  # a coarse grid that the scheme does not take
-                return list(probed(manifest_at, (fine, coarse)))
+                return list(probe_lengths(manifest_at, (fine, coarse)))
     return []
 
 
@@ -248,7 +255,7 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
 
 def _verdict(found: Sequence[Influence], tolerance: float) -> Iterator[str]:
     """Effects that a number needs, does not need, and of which it is not known, each in a sentence."""
-    needed, negligible, unknown = (", ".join(effects) for effects in verdict_of(found, tolerance))
+    needed, negligible, unknown = (", ".join(effects) for effects in find_verdict(found, tolerance))
     within = f"within {tolerance:.2g} ([target] within)" if tolerance else "beyond 2 ± ([target] within asks for less)"
     if needed:
         yield f"needed, {within}: {needed}"
@@ -283,13 +290,13 @@ def explain_case(
     manifest = load_manifest(campaign)
     of_drives = {*drive_parameters(), DRIVE_NAME.name}
     given = {key: value for key, value in assignments(parameters).items() if key not in of_drives}
-    case = chosen(manifest, expand(manifest), given)
+    case = choose_case(manifest, expand(manifest), given)
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
     into = results_folder(campaign, out)
     seconds = sum(map(read_task_times(into, *shard_folders(into)).seconds, make_partial_plan(manifest, [case]).tasks))
     label = summary.label_text(case.parameters, manifest.stated_scales)
-    rough = roughness_lines(case.case, "slip" in manifest.stages)
+    rough = _roughness_lines(case.case, "slip" in manifest.stages)
     print_sentences([f"case {label}", f"estimated time of its computation: {roughly(seconds)}", rough])
     scenes = select_scenes(manifest, [case], SHOWN)
     _explain(into / file.FILE, manifest, parameters, case, roughly(4.0 * seconds), math.inf if show_grid else SECONDS)
@@ -318,7 +325,7 @@ SHOWN: Final = 3
 """Drives whose effects are shown: the first, the middle and the last one."""
 
 
-def roughness_lines(case: Case, slides: bool) -> str:
+def _roughness_lines(case: Case, slides: bool) -> str:
     """Report the roughness that nodes miss, its effect on plateaus, and the grid that resolves it; empty for a smooth pin."""
     image = make_image(case.heterogeneity.roughness)
     slope, missed = roughness_slopes(image, case.slab.spacing)

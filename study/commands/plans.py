@@ -26,7 +26,7 @@ from nanoslip.study.report.console import counting, note, whole
 from nanoslip.study.results.files import results_folder, shard_folders
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.dispatch import MeasuredTimes
-from nanoslip.study.run.executor import unfinished_tasks
+from nanoslip.study.run.executor import tasks_to_do
 from nanoslip.study.run.journal import read_task_times
 from nanoslip.study.toml_text import from_toml
 
@@ -159,7 +159,7 @@ def standing(
     stores = tuple(Store(each, whole=False) for each in (into, *shard_folders(into)))
     metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
-    rest = unfinished_tasks(plan, failures, {key: meta.origins for key, meta in metas.items()})
+    rest = tasks_to_do(plan, failures, {key: meta.origins for key, meta in metas.items()})
     measured = measure(plan) if measure else read_task_times(into, *shard_folders(into))
     counts = kind_counts(plan.tasks if sized else plan.distinct, rest.tasks, rest.given_up)
     seconds = {kind: measured.factor(kind) * count.core_seconds_left for kind, count in counts.items()}

@@ -84,7 +84,7 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
     for campaign in campaigns:
         try:
             plan = plans.planned(campaign)
-            note(report_counts(campaign, plan))
+            note(_report_counts(campaign, plan))
             scaled = [_in_si(plan)] if plan.manifest.stated_scales else []
             print_sentences([*_axes(plan), *scaled, *plans.idle_lines(plan), *plans.ball_lines(plan)])
             outlook = expectations.plan_outlook(plan)
@@ -97,7 +97,7 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
         raise Refusal("\n".join(map(str, problems)))
 
 
-def report_counts(campaign: Path, plan: Plan) -> str:
+def _report_counts(campaign: Path, plan: Plan) -> str:
     """Report the number of cases, drives of each case and tasks of a campaign."""
     drives = f", each with {_with_refused(plan.manifest.drives, 'drive')}" if plan.manifest.drives else ""
     tasks = plans.plural(len(plan.distinct), "task")

@@ -40,7 +40,7 @@ def _print(error: click.ClickException) -> None:
     import_module(_CONSOLE).print_error(error.format_message())
 
 
-def aborted() -> int:
+def report_abort() -> int:
     """Report that Ctrl-C has ended the command, and return its exit code; one of several ranks ends by the signal itself.
 
     Launchers then end the others, which may wait in MPI for this one; after an exit code they do not.

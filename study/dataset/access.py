@@ -20,7 +20,7 @@ from nanoslip.study.dataset.table import (
     CaseRows,
     Selection,
     case_rows,
-    selected,
+    select_rows,
     selection_text,
     with_coordinates,
 )
@@ -32,7 +32,7 @@ def read_run(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Data
 
     Raises KeyError if no case is like that, ValueError if several are or the one has no run.
     """
-    found = selected(root, run_id_name(root, name), selection)
+    found = select_rows(root, run_id_name(root, name), selection)
     if len(found) != 1:
         counts = {dim: len(set(column)) for dim, column in found.positions.items()}
         several = [f"{dim} has {count} values" for dim, count in counts.items() if count > 1]
@@ -77,7 +77,7 @@ def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] |
     }
 
 
-def along_si(root: xr.Dataset) -> xr.Dataset:
+def lay_along_si(root: xr.Dataset) -> xr.Dataset:
     """A dataset whose cases lie along the lengths and loads in SI, `normal_load_si` for `normal_load`. Raises ValueError."""
     twins = {name: twin.name for name, twin in variables.si_coordinates().items() if twin.name in root.coords}
     if not twins:
@@ -90,7 +90,7 @@ def along_si(root: xr.Dataset) -> xr.Dataset:
 # What the members of each case have, behind the means.
 
 
-def of_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
+def read_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
     """A number of all members of each row, (members,) each: none of a row without a result, the row's own value alone of a
     parameter and of anything that members do not have each."""
     try:
@@ -241,7 +241,7 @@ class Accessor:
 
     def _joined(self, name: str, sample: str, selection: Selection) -> xr.Dataset:
         """Concatenate the runs of a group, with the parameters that vary and the number within a run as coordinates."""
-        found = selected(self._dataset, run_id_name(self._dataset, name), selection)
+        found = select_rows(self._dataset, run_id_name(self._dataset, name), selection)
         ids = found.values(run_id_name(self._dataset, name))
         here = np.array([isinstance(each, str) and each != "" for each in ids], np.bool_)
         group = read_groups(self._dataset)[name]

@@ -60,9 +60,15 @@ def distances(one: Any, other: Any) -> Any:
 
 
 def deviations(one: Any, other: Any, errors: tuple[Any, Any]) -> Any:
-    """Difference in combined standard deviations, see `distances`. An error of NaN counts as 0."""
-    difference, combined = distances(one, other), np.hypot(*np.nan_to_num(errors))
-    return np.divide(difference, combined, out=np.where(difference == 0.0, 0.0, np.inf), where=combined > 0.0)
+    """Difference in combined standard deviations, see `distances`: infinite beyond a double's range.
+
+    An error of NaN counts as 0.
+    """
+    difference = distances(one, other)
+    combined = np.hypot(*np.nan_to_num(errors))
+    unstated = np.where(difference == 0.0, 0.0, np.inf)
+    with np.errstate(over="ignore"):
+        return np.divide(difference, combined, out=unstated, where=combined > 0.0)
 
 
 EXACT: Final = (0.0, 0.0)
@@ -71,7 +77,7 @@ UNKNOWN: Final = (np.nan, np.nan)
 """Standard errors of numbers that state none, though they may differ by more than rounding."""
 
 
-def verdict_of(
+def find_verdict(
     one: NDArray[Any],
     other: NDArray[Any],
     scale: float,
@@ -122,12 +128,12 @@ def odd(name: str, words: str) -> Difference:
     return Difference(name, Verdict.DIFFERENT, np.inf, words)
 
 
-def compared(
+def compare_values(
     name: str, kept: NDArray[Any], again: NDArray[Any], scale: float | None = None, rounding: float = ROUNDING
 ) -> Difference:
     """Compare the stored values of a variable with recomputed ones. Whole numbers and texts have no rounding.
 
-    scale: magnitude of the variable; without it the largest of `again`. rounding: as of `verdict_of`.
+    scale: magnitude of the variable; without it the largest of `again`. rounding: as of `find_verdict`.
     """
     if kept.shape != again.shape:
         return odd(name, f"{_size(kept)} kept, {_size(again)} recomputed")
@@ -135,7 +141,7 @@ def compared(
         return Difference(name, Verdict.IDENTICAL, 0.0)
     if real(kept) and real(again):
         largest = magnitude(again) if scale is None else scale
-        verdict, size = verdict_of(kept, again, largest, rounding=rounding)
+        verdict, size = find_verdict(kept, again, largest, rounding=rounding)
         if np.isfinite(size):
             return Difference(name, verdict, size)
     first = int(np.argmin(same_bits(kept, again) | (kept == again)))  # 0.0 and -0.0 are the same in words
@@ -189,7 +195,7 @@ class Runs:
         group, declared = self._both[1], self.group.columns
         floats = [name for name in names if name in group.variables and real(group.variables[name])]
         own = {name: magnitude(group.variables[name].isel({dim: run}).values) for name in floats}
-        units = {name: name if declared[name].coordinate else _unit_of(declared[name]) for name in own}
+        units = {name: name if declared[name].coordinate else _unit_key(declared[name]) for name in own}
         return {name: max(size for other, size in own.items() if units[other] == units[name]) for name in own}
 
     def _places(self, *names: str) -> list[int]:
@@ -207,7 +213,7 @@ class Runs:
         (found, again), (here, there) = self._both, ({dim: at} for at in slices)
         common = (name for name in names if name in found.variables and name in again.variables)
         return [
-            compared(
+            compare_values(
                 name,
                 found.variables[name].isel(here).values,
                 again.variables[name].isel(there).values,
@@ -218,5 +224,5 @@ class Runs:
         ]
 
 
-def _unit_of(quantity: Quantity) -> str:
+def _unit_key(quantity: Quantity) -> str:
     return f"{quantity.units} {quantity.per} {quantity.measure}"

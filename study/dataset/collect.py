@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
-from nanoslip.solver.ensemble import needed
+from nanoslip.solver.ensemble import fewest_members
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import Quantity, attributes
-from nanoslip.solver.sliding.validity import advice_on, decode_flags, encode_flags, predict_flags
+from nanoslip.solver.sliding.validity import decode_flags, encode_flags, flag_advice, predict_flags
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.file import (
@@ -45,7 +45,7 @@ from nanoslip.study.manifest.cases import CampaignCase, Heard, common_labels
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, file_parameters
 from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, census, mixture, stemming
-from nanoslip.study.plan.kinds import KINDS, required_kinds, unrequested_names
+from nanoslip.study.plan.kinds import KINDS, names_to_drop, task_kinds
 from nanoslip.study.plan.plan import NOTHING_KNOWN, CaseTasks, Plan, case_outcome, drive_outcome
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, OF_PATH, PENDING, Exclusion, TaskResult, ineffective_parameters
 from nanoslip.study.results import files
@@ -146,7 +146,7 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
     }
     ids = _at(places, [case.case_id for case in cases])
     found["case_id"] = (dims, ids.reshape(layout.shape), attributes(variables.CASE_ID))
-    kinds = required_kinds(manifest)
+    kinds = task_kinds(manifest)
     exclusions = OF_ALL if "record" in kinds else OF_PATH if "path" in kinds else OF_CONTACT
     files = [name for name in file_parameters() if name in manifest.axes]
     names = [name for name in (*parameters(), *files) if name not in layout.axes]
@@ -288,7 +288,7 @@ class CaseVariables:
             self.put(variables.ADVICE.name, place, drive, _advice(flags))
 
     def _declare_all(self, manifest: Manifest, groups: Sequence[Group]) -> None:
-        kinds = required_kinds(manifest)
+        kinds = task_kinds(manifest)
         for kind, ended in variables.OUTCOMES.items():
             for text in ended if not kind or kind in kinds else ():
                 self._declare(kind, text, PENDING if text == ended.ending else "")
@@ -297,7 +297,7 @@ class CaseVariables:
         if DRIVE in kinds:
             self._declare(DRIVE, variables.DRIVE_MEMBERS, np.nan)
         for kind in (each for each in KINDS if each in kinds):
-            apart = unrequested_names(KINDS[kind], manifest)
+            apart = names_to_drop(KINDS[kind], manifest)
             for name, quantity in scalars(kind):
                 for own in (quantity, *quantity.beside) if name not in apart else ():
                     self._declare(kind, own, "" if own.words else np.int32(0) if own.whole else np.nan)
@@ -350,12 +350,12 @@ class CaseVariables:
         for count, each in zip(counts, quantity.counts().values(), strict=True):
             self._values[each.name][places] = count
         most = np.array(quantity.words, object)[counts.argmax(axis=0)]
-        self._values[quantity.name][places] = np.where(counts.sum(axis=0) >= needed(numbers.shape[1]), most, "")
+        self._values[quantity.name][places] = np.where(counts.sum(axis=0) >= fewest_members(numbers.shape[1]), most, "")
 
 
 @lru_cache
 def _advice(flags: int) -> str:
-    return advice_on(decode_flags(flags))
+    return flag_advice(decode_flags(flags))
 
 
 @lru_cache
@@ -450,19 +450,19 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
 
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
     meanwhile = folder if os.access(folder, os.W_OK) else None
-    kinds = required_kinds(manifest)
+    kinds = task_kinds(manifest)
     wanted = {
         group.name: tuple(
-            _requested(each, manifest) for each in group.series if each.kind in kinds and each.wanted(manifest)
+            _drop_unrequested(each, manifest) for each in group.series if each.kind in kinds and each.wanted(manifest)
         )
         for group in variables.all_groups().values()
     }
     return [Runs(Group(name, series), meanwhile) for name, series in wanted.items() if series]
 
 
-def _requested(series: Series, manifest: Manifest) -> Series:
+def _drop_unrequested(series: Series, manifest: Manifest) -> Series:
     """A series without the columns that a campaign does not request."""
-    apart = unrequested_names(KINDS[series.kind], manifest)
+    apart = names_to_drop(KINDS[series.kind], manifest)
     return replace(series, columns={name: each for name, each in series.columns.items() if name not in apart})
 
 
@@ -509,12 +509,12 @@ def losses(path: Path, collected: xr.Dataset) -> list[str]:
             lost = (_fewer_finished(found, collected, kind) for kind in variables.OUTCOMES)
             return list(filter(None, lost))
     except DatasetFormatError:
-        return ["another format"] if pending_in(collected) else []
+        return ["another format"] if count_pending(collected) else []
     except StoreError:
         return []
 
 
-def pending_in(dataset: xr.Dataset) -> int:
+def count_pending(dataset: xr.Dataset) -> int:
     """Number of cases and drives without an outcome."""
     endings = [dataset[ending.name] for ending, *_ in variables.OUTCOMES.values() if ending.name in dataset]
     return sum(int((each == PENDING).sum()) for each in endings)

@@ -13,13 +13,13 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.agreement import Runs, Verdict, deviations, identical, magnitude, verdict_of, worst
+from nanoslip.study.dataset.agreement import Runs, Verdict, deviations, find_verdict, identical, magnitude, worst
 from nanoslip.study.dataset.file import read_groups
 from nanoslip.study.dataset.table import CaseRows, case_rows
 from nanoslip.study.manifest.parameters import FILE_KEYS, TABLES, Value, table_words
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.plan import NOTHING_KNOWN
-from nanoslip.study.toml_text import from_toml, shown
+from nanoslip.study.toml_text import from_toml, quote_toml
 
 # The cases that two datasets share: those with the same values of every parameter that varies in either.
 
@@ -122,7 +122,7 @@ class Observed:
     """Difference in combined standard deviations; infinite if a value is missing or a word, NaN if these are unknown."""
 
 
-def observed(found: Matched) -> Iterator[Observed]:
+def uncertain_numbers(found: Matched) -> Iterator[Observed]:
     """Every number that states an uncertainty, and every word, of the shared cases or drives."""
     for name in _names(found):
         if _judged(found, name):
@@ -177,14 +177,14 @@ def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[
         return Verdict.IDENTICAL, 0.0
     difference = abs(both[0] - both[1]) if here.dtype.kind in "fiu" else math.nan
     if math.isnan(difference):
-        return _NOT_KNOWN if may_differ_by_chance(both, members) else (Verdict.DIFFERENT, math.inf)
-    found, _ = verdict_of(here, there, scale, errors, STANDARD_DEVIATIONS)
+        return _NOT_KNOWN if _may_differ_by_chance(both, members) else (Verdict.DIFFERENT, math.inf)
+    found, _ = find_verdict(here, there, scale, errors, STANDARD_DEVIATIONS)
     if found is Verdict.NOT_JUDGED:
         return _NOT_KNOWN
     return found, 0.0 if found is Verdict.ROUNDING else float(deviations(*both, errors))
 
 
-def may_differ_by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
+def _may_differ_by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
     """True if values that cannot be subtracted may differ only through the choice of members (NaN: a single case)."""
     if all(map(math.isnan, members)):
         return False
@@ -196,7 +196,7 @@ def may_differ_by_chance(both: tuple[Any, Any], members: tuple[float, float]) ->
 # The runs of shared cases and drives, which state no uncertainty: the same, or not.
 
 
-def compared_runs(found: Matched) -> dict[str, tuple[int, int]]:
+def compare_runs(found: Matched) -> dict[str, tuple[int, int]]:
     """Group of runs that both datasets have -> shared cases or drives whose runs are the same within rounding, and others."""
     both = [read_groups(root) for root in found.roots]
     counts = {}
@@ -235,7 +235,7 @@ def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
         if found := values(root, name):
             yield name, ", ".join(map(_word, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
     for key, value in _keys_of_facts(from_toml(str(root.attrs.get("manifest", "")))):
-        yield key, shown(value)
+        yield key, quote_toml(value)
     for name in (f"manifest_{key}" for key in FILE_KEYS):
         if name in root.attrs:
             yield name, f"a file of hash {content_hash(root.attrs[name], length=12)}"
@@ -246,7 +246,7 @@ def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
 
 def _word(value: Value) -> str:
     """A value of a parameter; switches as manifests have them."""
-    return shown(value) if isinstance(value, bool) else str(value)
+    return quote_toml(value) if isinstance(value, bool) else str(value)
 
 
 def _keys_of_facts(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

@@ -38,16 +38,16 @@ Content = Mapping[str, xr.Dataset]
 
 def find_problem(content: Content) -> str:
     """The first thing in a dataset that `collect` never writes, with what is needed; empty if all is sound."""
-    problems = (*attributes_needs(content[""].attrs), *variables_needs(content))
+    problems = (*_attributes_needs(content[""].attrs), *_variables_needs(content))
     return next(iter(problems), "") or next(_of_runs(content), "")
 
 
-def attributes_needs(attributes: Mapping[Any, Any]) -> Iterator[str]:
+def _attributes_needs(attributes: Mapping[Any, Any]) -> Iterator[str]:
     if _TITLE not in attributes:
         yield f"{_TITLE}: missing"
     for name, value in attributes.items():
         if str(name) == _MANIFEST or not str(name).startswith(f"{_MANIFEST}_") or name in _IN_WORDS:
-            yield from attribute_needs(str(name), value)
+            yield from _attribute_needs(str(name), value)
     scales = {each.name: attributes[each.name] for each in fields(Scales) if each.name in attributes}
     try:
         Scales(**{name: float(value) for name, value in scales.items()})
@@ -57,7 +57,7 @@ def attributes_needs(attributes: Mapping[Any, Any]) -> Iterator[str]:
         yield f"{', '.join(scales)}: needs numbers"
 
 
-def attribute_needs(name: str, value: object) -> Iterator[str]:
+def _attribute_needs(name: str, value: object) -> Iterator[str]:
     if name == _MANIFEST:
         try:
             from_toml(str(value))
@@ -70,11 +70,11 @@ def attribute_needs(name: str, value: object) -> Iterator[str]:
         yield f"{name}: needs a text"
 
 
-def variables_needs(content: Content) -> Iterator[str]:
+def _variables_needs(content: Content) -> Iterator[str]:
     for group, held in content.items():
         for name, variable in held.variables.items():
             place = printable(f"{group}/{name}".lstrip("/"), _MOST)
-            yield from (f"{place}: {need}" for need in variable_needs(str(name), variable))
+            yield from (f"{place}: {need}" for need in _variable_needs(str(name), variable))
     root = content[""]
     if variables.CASE_ID.name not in root:
         yield f"no dataset of nanoslip: {variables.CASE_ID.name}: missing"
@@ -92,7 +92,7 @@ def variables_needs(content: Content) -> Iterator[str]:
 _ENDINGS: Final = [ending.name for ending, *_ in variables.OUTCOMES.values()]
 
 
-def variable_needs(name: str, variable: xr.Variable) -> Iterator[str]:
+def _variable_needs(name: str, variable: xr.Variable) -> Iterator[str]:
     """Needs of one variable: those of its attributes, of its type, of its texts."""
     for key, value in variable.attrs.items():
         if isinstance(value, str) and not one_line(value):
@@ -102,10 +102,10 @@ def variable_needs(name: str, variable: xr.Variable) -> Iterator[str]:
         elif key == _MEANING and not value.strip():
             yield f"{key}: needs a text that is not empty"
     if are_texts(variable):
-        yield from text_needs(variable.values)
+        yield from _text_needs(variable.values)
     elif variable.dtype.kind not in "iufb":
         yield f"{variable.dtype}: needs numbers or texts"
-    known, words = variables.by_name().get(name), name in _texts()
+    known, words = variables.variables_by_name().get(name), name in _texts()
     if known and are_texts(variable) != words and (words or known.units):
         yield f"needs {'texts' if words else 'numbers'}"
     if name in _errors() and variable.dtype.kind == "f" and bool((variable.values < 0.0).any()):
@@ -143,7 +143,7 @@ def _counts(values: NDArray[Any]) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(values) & (values >= 0) & (values == np.floor(values)))
 
 
-def text_needs(values: NDArray[Any]) -> Iterator[str]:
+def _text_needs(values: NDArray[Any]) -> Iterator[str]:
     different = set(values.ravel().tolist())
     if not all(isinstance(text, str) for text in different):
         yield "needs texts"
@@ -162,14 +162,14 @@ def _of_runs(content: Content) -> Iterator[str]:
         if (group.id.name in content[""]) != (name in content) and variables.SOFTWARE[0].name in content:
             yield f"{group.id.name}: missing" if name in content else f"group {name}: missing"
     for name, group in declared.items():
-        yield from (f"group {name}: {need}" for need in group_needs(content[name], group))
+        yield from (f"group {name}: {need}" for need in _group_needs(content[name], group))
         known = {"", *content[name][name].values.tolist()}
         strangers = {*content[""][group.id.name].values.ravel().tolist()} - known
         if strangers:
             yield f"{group.id.name}: {min(strangers)} is not in the group {name}: join datasets with nanoslip.concat"
 
 
-def group_needs(held: xr.Dataset, group: variables.Group) -> Iterator[str]:
+def _group_needs(held: xr.Dataset, group: variables.Group) -> Iterator[str]:
     labels = held.indexes.get(group.name)
     if labels is None or not labels.is_unique:
         yield f"{group.name}: needs different names"

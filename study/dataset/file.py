@@ -219,7 +219,7 @@ def make_tree(root: xr.Dataset) -> xr.DataTree:
     return xr.DataTree.from_dict({ROOT: root, **read_groups(root)})
 
 
-def loaded(root: xr.Dataset) -> xr.Dataset:
+def load_dataset(root: xr.Dataset) -> xr.Dataset:
     """The dataset with all values in memory, its groups' too."""
     return carrying(root.load(), {name: group.load() for name, group in read_groups(root).items()})
 
@@ -246,7 +246,7 @@ def write_tree(tree: xr.DataTree, path: Path) -> None:
     netCDF4.set_chunk_cache(0)  # else all chunks of all variables stay in memory until the file is closed
     try:
         with netCDF4.Dataset(path, "w") as opened:
-            for place, group in stored_content(tree):
+            for place, group in _stored_content(tree):
                 variables, attributes = xr.conventions.encode_dataset_coordinates(group)
                 for name, variable in variables.items():
                     variable.encoding |= _encoding(variable, name in group.coords)
@@ -258,7 +258,7 @@ def write_tree(tree: xr.DataTree, path: Path) -> None:
         netCDF4.set_chunk_cache(*usual)
 
 
-def stored_content(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
+def _stored_content(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
     """Place and content of root and groups as the file has them, without encoding; then the texts of the root by name."""
     root, table = tree.to_dataset(inherit=False).drop_encoding(), TextsByName()
     held = {_LABEL, *root.data_vars}

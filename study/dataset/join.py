@@ -38,12 +38,12 @@ def distinguishing_axes(dims: Sequence[str], roots: Sequence[xr.Dataset], source
     candidates = [name for name in single if name not in dims and len(_values(name, roots)) > 1]
     for count in range(len(candidates)):
         with suppress(NotJoinableError):  # two cases in one place
-            _merged(["case_id"], candidates[:count], dims, roots, sources)
+            _merge_datasets(["case_id"], candidates[:count], dims, roots, sources)
             return candidates[:count]
     return candidates
 
 
-def _merged(
+def _merge_datasets(
     names: Iterable[str], added: Sequence[str], dims: Sequence[str], roots: Sequence[xr.Dataset], sources: Sequence[str]
 ) -> xr.Dataset:
     """Variables of all datasets; NaN where no dataset has a place. Raises NotJoinableError if two differ at one place."""
@@ -137,7 +137,7 @@ SOURCES: Final = "sources"
 """Attribute that lists the campaigns of a joined dataset."""
 
 
-def joined(
+def join_datasets(
     roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = False, scalars: bool = False
 ) -> xr.Dataset:
     """Join datasets into one, in memory. Raises NotJoinableError, LostGroupsError.
@@ -153,7 +153,7 @@ def joined(
     dims = _distinct_names(root.dims for root in roots)
     added = distinguishing_axes(dims, roots, sources)
     names = [name for name in _distinct_names(root.variables for root in roots) if name not in (*added, *dims)]
-    merged = _merged(names, added, dims, roots, sources)
+    merged = _merge_datasets(names, added, dims, roots, sources)
     if not holes:
         _refuse_holes(merged["case_id"], sources)
     for name in names:
@@ -259,14 +259,14 @@ def _with_equal_labels(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
         for name, coordinate in root.coords.items():
             if coordinate.dtype.kind == "f":
                 known = labels.get(str(name), coordinate.values)
-                own = _replace_near(coordinate.values, known)
+                own = _replace_with_known(coordinate.values, known)
                 equal[name] = coordinate.copy(data=own)
                 labels[str(name)] = np.union1d(known, own)
         relabelled.append(root.assign_coords(equal))
     return relabelled
 
 
-def _replace_near(own: NDArray[Any], known: NDArray[Any]) -> NDArray[Any]:
+def _replace_with_known(own: NDArray[Any], known: NDArray[Any]) -> NDArray[Any]:
     """A dataset's numbers, each with one known number within rounding replaced by it; different numbers stay different."""
     near = nearest(known, own)
     # Two of its own numbers may be near one known number: they keep their difference.

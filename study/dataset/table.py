@@ -73,7 +73,11 @@ class CaseRows:
 
     def differing(self) -> dict[str, NDArray[Any]]:
         """The coordinates in which rows differ: axes of a product; of a list of cases, what its author lists."""
-        names = [*listed(self.root), *(dim for dim in self.sizes if dim != CASE)] if CASE in self.sizes else self.sizes
+        names = (
+            [*author_coordinates(self.root), *(dim for dim in self.sizes if dim != CASE)]
+            if CASE in self.sizes
+            else self.sizes
+        )
         columns = {name: self.values(name) for name in names}
         return {name: values for name, values in columns.items() if len(set(values.tolist())) > 1}
 
@@ -90,19 +94,19 @@ def ending_name(root: xr.Dataset) -> str:
     return next((name for kind in ("drive", "") if (name := OUTCOMES[kind].ending.name) in root), "case_id")
 
 
-def selected(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:
+def select_rows(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:
     """Rows of a variable that have the selected coordinates. Raises KeyError if there are none."""
     along = root[name]
     chosen = xr.DataArray(np.ones(along.shape, np.bool_), dims=along.dims)
     for key, wanted in selection.items():
-        chosen = chosen & hits_of(root, along.coords, key, wanted)
+        chosen = chosen & match_mask(root, along.coords, key, wanted)
     found = case_rows(root, name).at(chosen.transpose(*along.dims).values.ravel())
     if not len(found):
         raise KeyError(f"{selection_text(selection)}: no case is all of that")
     return found
 
 
-def hits_of(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: str, wanted: Any) -> xr.Variable:
+def match_mask(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: str, wanted: Any) -> xr.Variable:
     """Mask of a coordinate's wanted values, perhaps texts with units. Raises KeyError if there are none."""
     if key not in coordinates:
         near = difflib.get_close_matches(key, map(str, coordinates), 1)
@@ -123,7 +127,7 @@ def with_coordinates(root: xr.Dataset, selection: Selection) -> xr.Dataset:
     """The cases with these coordinates: a single value drops its dimension, a list keeps it. Raises KeyError, ValueError."""
     found = root
     for key, wanted in selection.items():
-        hits = hits_of(found, found.coords, key, wanted)
+        hits = match_mask(found, found.coords, key, wanted)
         if hits.ndim > 1:
             raise ValueError(f"{key}: varies along {', '.join(map(str, hits.dims))}; select one of these first")
         for dim in hits.dims:
@@ -172,7 +176,9 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     given: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit.
     Raises KeyError if no case matches, ValueError with the remaining choices if several do.
     """
-    found = selected(root, ending_name(root), {names_by_word().get(word, word): text for word, text in given.items()})
+    found = select_rows(
+        root, ending_name(root), {names_by_word().get(word, word): text for word, text in given.items()}
+    )
     left = {dim: sorted(set(column)) for dim, column in found.positions.items()}
     part = root.isel({dim: places if len(places) > 1 else places[0] for dim, places in left.items()})
     if several := [str(dim) for dim in root["case_id"].dims if len(left[str(dim)]) > 1]:
@@ -192,7 +198,7 @@ def _choices(part: xr.Dataset, dims: Iterable[str]) -> list[str]:
     ]
 
 
-def listed(root: xr.Dataset) -> list[str]:
+def author_coordinates(root: xr.Dataset) -> list[str]:
     """Coordinates along a list of cases that its author lists, in a table or as axes; all parameters if none is listed."""
     along = [str(name) for name, each in root.coords.items() if each.dims == (CASE,)]
     table = str(root.attrs.get("manifest_table", ""))
@@ -201,7 +207,7 @@ def listed(root: xr.Dataset) -> list[str]:
     return [name for name in along if name in (named or parameters())]
 
 
-def zipped_axes(root: xr.Dataset) -> list[str]:
+def axes_in_step(root: xr.Dataset) -> list[str]:
     """The axes of a list of cases whose values are taken together, the first ones, then the second ones; none of a table."""
     manifest = _manifest(root)
     together = manifest.get("design") == "zip" and not root.attrs.get("manifest_table")

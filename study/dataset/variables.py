@@ -270,18 +270,18 @@ def describe(name: str) -> Described:
 
     name: its own (also without `_mean`), or its symbol, Greek or Latin. Raises KeyError that names the nearest ones.
     """
-    if name in by_name():
-        return by_name()[name]
+    if name in variables_by_name():
+        return variables_by_name()[name]
     names = list(dict.fromkeys(each.name for each in rows()))
-    if found := called(names, name):
-        return by_name()[found[0]]
+    if found := find_variables(names, name):
+        return variables_by_name()[found[0]]
     spelt = spellings(_symbols(names[::-1]))
     words = {word: each for each, own in spelt.items() for word in own} | {each: each for each in names}
     near = dict.fromkeys(words[word] for word in difflib.get_close_matches(name, words, n=3, cutoff=0.5))
     raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
 
 
-def called(names: Sequence[str], word: str) -> list[str]:
+def find_variables(names: Sequence[str], word: str) -> list[str]:
     """The variables of these names that a word means, by the first rule that finds any."""
     if word in names:
         return [word]
@@ -289,11 +289,15 @@ def called(names: Sequence[str], word: str) -> list[str]:
 
 
 def _symbols(names: Sequence[str]) -> dict[str, str]:
-    return {name: by_name()[name].symbol for name in names if name in by_name() and not name.startswith("fitted_")}
+    return {
+        name: variables_by_name()[name].symbol
+        for name in names
+        if name in variables_by_name() and not name.startswith("fitted_")
+    }
 
 
 @cache
-def by_name() -> dict[str, Described]:
+def variables_by_name() -> dict[str, Described]:
     """Every variable, those beside means included; of one in several groups the first."""
     return {each.name: each for each in reversed(list(_all(beside=True)))}
 

@@ -18,16 +18,16 @@ from nanoslip.study.dataset.agreement import (
     Difference,
     Runs,
     Verdict,
-    compared,
+    compare_values,
+    find_verdict,
     identical,
     magnitude,
     odd,
     real,
-    verdict_of,
     worst,
 )
 from nanoslip.study.dataset.collect import Layout, case_layout, collect
-from nanoslip.study.dataset.file import flatten_variables, loaded, read_groups
+from nanoslip.study.dataset.file import flatten_variables, load_dataset, read_groups
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.parameters import FILE_KEYS
 from nanoslip.study.manifest.reader import manifest_hash, parse_manifest
@@ -212,16 +212,18 @@ class Recomputed:
         strange = [odd(name, "is in no dataset of this manifest") for name in names if name not in again]
         common = [name for name in names if name in found and name in again]
         words = [
-            compared(f"{kind} of {name}", np.array(one), np.array(other))
+            compare_values(f"{kind} of {name}", np.array(one), np.array(other))
             for name in common
             for (kind, one), other in zip(_words(found[name]).items(), _words(again[name]).values(), strict=True)
         ]
         values = [
-            compared(name, found[name].values, again[name].values) for name in common if self.is_for_all_cases(name)
+            compare_values(name, found[name].values, again[name].values)
+            for name in common
+            if self._is_for_all_cases(name)
         ]
         return [*missing, *strange, *words, *self._attributes(), *values]
 
-    def is_for_all_cases(self, name: str) -> bool:
+    def _is_for_all_cases(self, name: str) -> bool:
         """True if a variable belongs to no case and is not in a group: runs are compared with their case."""
         return "/" not in name and (name in self._again.coords or not set(self._again[name].dims) & self._along)
 
@@ -229,7 +231,7 @@ class Recomputed:
         apart = {item.name for item in fields(Origin)} | {file.MIXED}
         kept = self._found.attrs
         return [
-            compared(f"attribute {name}", np.array(kept[name]), np.array(value))
+            compare_values(f"attribute {name}", np.array(kept[name]), np.array(value))
             if name in kept
             else odd(f"attribute {name}", "is missing")
             for name, value in self._again.attrs.items()
@@ -261,7 +263,7 @@ class Recomputed:
 
     def _scalar(self, name: str, kept: _Values, now: _Values, rounding: float) -> Difference:
         scale, both = self._scale(name), (kept[name].values, now[name].values)
-        found = compared(name, *both, scale, rounding)
+        found = compare_values(name, *both, scale, rounding)
         if found.verdict is not Verdict.DIFFERENT:
             return found
         if name in _CAUSE_OF and (not self._same_software or _alike(kept[_CAUSE_OF[name]], now[_CAUSE_OF[name]])):
@@ -272,7 +274,7 @@ class Recomputed:
             return replace(found, verdict=Verdict.NOT_JUDGED)
         error = f"{name}_uncertainty"
         errors = (kept[error].values, now[error].values) if error in kept else UNKNOWN
-        return replace(found, verdict=verdict_of(*both, scale, errors, STANDARD_ERRORS)[0], words="")
+        return replace(found, verdict=find_verdict(*both, scale, errors, STANDARD_ERRORS)[0], words="")
 
     def _scale(self, name: str) -> float:
         """Magnitude of what a variable is a difference of: of a ± the number's, of forces that cancel the load."""
@@ -291,7 +293,7 @@ _STIFFNESSES: Final = ("surface_stiffness", "path_stiffness")
 
 
 @cache
-def _of_chains() -> set[str]:
+def _chain_variables() -> set[str]:
     """Variables that sum up a record, a path or a drive, and texts about how drives ended; not how they ended."""
     kinds = ("record", "path", "statistics", variables.DRIVE)
     found = [each for kind in kinds for _, each in variables.scalars(kind)]
@@ -302,8 +304,8 @@ def _of_chains() -> set[str]:
 
 def _is_of_chains(name: str) -> bool:
     """True for these variables, and for the numbers of members that have one, or one of its words."""
-    counted = name.endswith("_members") and any(name.startswith(f"{each}_") for each in _of_chains())
-    return counted or name in _of_chains()
+    counted = name.endswith("_members") and any(name.startswith(f"{each}_") for each in _chain_variables())
+    return counted or name in _chain_variables()
 
 
 def _names(quantities: Iterable[Quantity]) -> set[str]:
@@ -328,9 +330,9 @@ def verify_cases(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], s
     path = store.folder / file.FILE
     file.write_netcdf(collect(plan, store), path)  # what is read has the types that a file gives it
     with file.open_dataset(path) as opened_again:
-        again, found = loaded(opened_again), _as_pending(found)
+        again, found = load_dataset(opened_again), _as_pending(found)
         if len(cases) == len(computed(plan, found)):
-            found = loaded(found)  # a run at a time would take longer
+            found = load_dataset(found)  # a run at a time would take longer
         both = Recomputed(found, again)
         yield worst_difference("what all cases share", both.shared())
         if both.comparable:

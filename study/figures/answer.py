@@ -20,7 +20,7 @@ from nanoslip.study.figures.points import (
     read_points,
     symbol,
 )
-from nanoslip.study.figures.roles import Roles, assign_roles, axis_sizes, merge_zipped, scattered, select_points
+from nanoslip.study.figures.roles import Roles, assign_roles, axis_sizes, is_scattered, merge_zipped, select_points
 from nanoslip.study.figures.shared import View, resize_figure
 from nanoslip.study.figures.sweep import (
     SHORTEST,
@@ -124,19 +124,19 @@ def make_view(points: Points, x: str = "", hue: str = "") -> View:
     if not points.axes:
         raise UnknownNameError(f"{points.name}: all cases are alike: there is nothing to draw it against")
     drawn, kept = merge_zipped(points, (x, hue))
-    if scattered(drawn) and not x:
+    if is_scattered(drawn) and not x:
         against, draw = f"against {' and '.join(map(symbol, axis_sizes(drawn)))}", partial(draw_scattered, drawn)
         signs = f"{_without(points)}{_members(points)}{_marks(points)}"
     else:
         roles = assign_roles(drawn, x, hue)
-        against, draw = figure_title(roles), partial(draw_over_axes, drawn, roles)
+        against, draw = _figure_title(roles), partial(draw_over_axes, drawn, roles)
         signs = _seen(select_points(drawn, roles.held), roles)
     with_it = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
     caption = f"{capitalize_text(points.label)}, {against}.{with_it}{signs}"
     return View(points.name.replace("/", "_over_"), caption, draw, points.columns)
 
 
-def figure_title(roles: Roles) -> str:
+def _figure_title(roles: Roles) -> str:
     """Title: y against x, and the values of axes that are not shown."""
     panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
     only = label_in_symbols(roles.held)

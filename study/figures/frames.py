@@ -138,7 +138,7 @@ def event_moments(case: Case, events: Sequence[int], scales: Scales | None = Non
     case, compliance = replace(case, interface=Interface()), surface_compliance(case.slab)
     path = None
     if case.path:
-        states, path = contacts_at_turns(case, compliance, events)
+        states, path = _contacts_at_turns(case, compliance, events)
         outcome = path.outcome
     else:
         states, outcome = states_at(case, compliance, events)
@@ -150,10 +150,10 @@ def event_moments(case: Case, events: Sequence[int], scales: Scales | None = Non
     before = [None, *states[:-1]]
     shown = tuple(_moment(*each, case) for each in zip(events, before, states, strict=False))
     units = _in_si(shown, case.normal_load, scales) if scales else Units()
-    return Moments(tuple(scale_moment(each, units) for each in shown), record, outcome, units)
+    return Moments(tuple(_scale_moment(each, units) for each in shown), record, outcome, units)
 
 
-def scale_moment(moment: Moment, units: Units) -> Moment:
+def _scale_moment(moment: Moment, units: Units) -> Moment:
     """A moment in other units than the solver's."""
     scaled = {name: unit.factor * getattr(moment, name) for name, unit in units._asdict().items() if name != "traction"}
     return replace(moment, **scaled, limit=units.traction.factor * moment.limit)
@@ -178,7 +178,7 @@ def _in_si(shown: Sequence[Moment], normal_load: float, scales: Scales) -> Units
     )
 
 
-def contacts_at_turns(
+def _contacts_at_turns(
     case: Case, compliance: Compliance, turns: Sequence[int]
 ) -> tuple[list[ContactState], LoadingPath]:
     """The contact at each of these turns that the path of a case reaches, and the path."""

@@ -17,7 +17,7 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR, measure_label
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.table import CaseRows, Selection, selected, zipped_axes
+from nanoslip.study.dataset.table import CaseRows, Selection, axes_in_step, select_rows
 from nanoslip.study.manifest.parameters import as_written
 
 # Labels of variables and values on axes, in legends and in captions.
@@ -28,7 +28,7 @@ LETTERS: Final = 3
 
 def variable_description(name: str) -> variables.Described:
     """Declaration of a variable; only its name without one."""
-    return variables.by_name().get(name) or variables.Described(name, "", "", "1", "", name, "", "", "", ())
+    return variables.variables_by_name().get(name) or variables.Described(name, "", "", "1", "", name, "", "", "", ())
 
 
 def symbol(name: str) -> str:
@@ -75,7 +75,7 @@ def typeset(text: str) -> str:
     return SYMBOL.sub(r"$\1_{\2}$", text.replace("$", r"\$"))
 
 
-def in_a_figure(value: Any) -> str:
+def format_in_figure(value: Any) -> str:
     """A value of a coordinate as text in a figure: what matplotlib takes for a formula in a name is none."""
     return format_value(value).replace("$", r"\$")
 
@@ -99,7 +99,7 @@ LONGEST_TALLY: Final = 30
 """Characters of counted words in a table; of longer ones the most frequent is shown, with the count of others."""
 
 
-def worded(tally: Mapping[str, int], most: float = LONGEST_TALLY) -> str:
+def format_words(tally: Mapping[str, int], most: float = LONGEST_TALLY) -> str:
     """Words of members with how many have each, the most frequent first; the word alone that all have."""
     if len(tally) == 1:
         return hyphenate(next(iter(tally)))
@@ -227,12 +227,12 @@ def read_points(dataset: xr.Dataset, name: str, over: str = "", where: Selection
         value,
         error,
         np.nan_to_num(rows.values(shared).astype(float)) if shared else np.zeros(len(rows)),
-        axes := axes_of(rows),
+        axes := differing_axes(rows),
         flags,
         members,
         np.array([max(each.values()) / sum(each.values()) for each in tallies]),
         (members > 0) & (members < used),
-        tuple(each for each in zipped_axes(dataset) if each in axes),
+        tuple(each for each in axes_in_step(dataset) if each in axes),
         stated,
         rows.values(CRITICAL).astype(float) if name == "regime" and CRITICAL in dataset else np.full(len(rows), np.nan),
         (name, over) if over else (name,),
@@ -243,7 +243,7 @@ def read_points(dataset: xr.Dataset, name: str, over: str = "", where: Selection
 def column_length_name(dataset: xr.Dataset, names: Iterable[str], where: Selection) -> CaseRows:
     """The selected rows of all variables with these names, of cases at least."""
     known = filter(None, (*names, variables.OUTCOMES[""].ending.name))
-    return selected(dataset, max(known, key=lambda each: dataset[each].ndim), where)
+    return select_rows(dataset, max(known, key=lambda each: dataset[each].ndim), where)
 
 
 CRITICAL: Final = "critical_velocity"
@@ -286,12 +286,12 @@ def _ratio(rows: CaseRows, above: str, below: str) -> tuple[Floats, Floats, bool
         return quotient, abs(quotient) * np.hypot(first, second) if stated else np.nan * quotient, stated
 
 
-def axes_of(rows: CaseRows) -> dict[str, NDArray[Any]]:
+def differing_axes(rows: CaseRows) -> dict[str, NDArray[Any]]:
     """The coordinates in which rows differ; numbers that some lack, or that are infinite, become texts."""
     return {name: _whole(values) for name, values in rows.differing().items()}
 
 
-def ordered(values: Iterable[Any]) -> list[Any]:
+def sort_values(values: Iterable[Any]) -> list[Any]:
     """Each value once: numbers in their order, also where some cases lack them, last; other texts as they come."""
     found = list(dict.fromkeys(values))
     try:
@@ -326,7 +326,7 @@ class AmbiguousNameError(UnknownNameError):
 def find_variable(dataset: xr.Dataset, word: str) -> str:
     """The variable or coordinate of the cases that a word means. Raises UnknownNameError, AmbiguousNameError."""
     names = [str(name) for name in dataset.variables]
-    found = variables.called(names, word)
+    found = variables.find_variables(names, word)
     if len(found) == 1:
         return found[0]
     if found:
@@ -377,9 +377,9 @@ def convert_axes_to_si(points: Points, dataset: xr.Dataset, words: Collection[st
 
 def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
-    if len(found := variables.called(list(points.axes), word)) == 1:
+    if len(found := variables.find_variables(list(points.axes), word)) == 1:
         return found[0]
-    count = len(variables.called([str(name) for name in dataset.variables], word))
+    count = len(variables.find_variables([str(name) for name in dataset.variables], word))
     alike = f"cases do not differ in {'it' if count == 1 else 'what is called so'}"
     wrong = alike if count else "no variable of this dataset"
     names = (each for name in points.axes for each in (name, _twins_in_si(dataset).get(name)) if each)

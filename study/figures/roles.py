@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from nanoslip.study.figures.points import Points, format_value, in_a_figure, ordered, unevenness
+from nanoslip.study.figures.points import Points, format_in_figure, format_value, sort_values, unevenness
 
 # Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
 
@@ -53,7 +53,7 @@ def merge_zipped(points: Points, chosen: Collection[str] = ()) -> tuple[Points, 
     return replace(points, axes={name: each for name, each in points.axes.items() if name not in left_out}), wanted[0]
 
 
-def scattered(points: Points) -> bool:
+def is_scattered(points: Points) -> bool:
     """True if the cases fill so little of the product of their coordinates that there are no lines to draw."""
     counts = axis_sizes(points)
     return len(counts) > 1 and len(points.values) < FILLED * math.prod(counts.values())
@@ -78,15 +78,15 @@ def assign_roles(points: Points, x: str = "", hue: str = "") -> Roles:
         if math.prod(counts[each] for each in (*panels, name)) <= MOST_PANELS:
             panels.append(name)
         else:
-            values = values_of(points, name)
+            values = axis_values(points, name)
             held[name] = values[len(values) // 2]
     mapped = bool(hue) and (points.text or counts[hue] > MOST_HUES)
     return Roles(x, hue, tuple(panels), held, mapped)
 
 
-def values_of(points: Points, name: str) -> list[Any]:
-    """The values of a coordinate, as `ordered` has them."""
-    return ordered(points.axes[name].tolist())
+def axis_values(points: Points, name: str) -> list[Any]:
+    """The values of a coordinate, as `sort_values` has them."""
+    return sort_values(points.axes[name].tolist())
 
 
 def select_points(points: Points, values: Mapping[str, Any]) -> Points:
@@ -128,15 +128,15 @@ def axis_positions(points: Points, name: str, chosen: Points) -> NDArray[Any]:
     values = chosen.axes[name]
     if values.dtype.kind not in "Ob":
         return values
-    order = values_of(points, name)
+    order = axis_values(points, name)
     return np.array([order.index(value) for value in values.tolist()], dtype=float)
 
 
 def set_axis(axis: Any, points: Points, name: str) -> None:
     """Scale and ticks of an axis (matplotlib's) along which a coordinate runs."""
-    values = values_of(points, name)
+    values = axis_values(points, name)
     if points.axes[name].dtype.kind in "Ob":
-        axis.set_ticks(range(len(values)), list(map(in_a_figure, values)))
+        axis.set_ticks(range(len(values)), list(map(format_in_figure, values)))
         return
     if begins_with_zero(points.axes[name]):
         least, most = values[1], values[-1]

@@ -25,9 +25,9 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.ensemble import mean_of, student
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.view import rounded
+from nanoslip.solver.view import round_with_error
 from nanoslip.study.dataset.table import read_scales
-from nanoslip.study.figures.points import DrawnColumns, ordered
+from nanoslip.study.figures.points import DrawnColumns, sort_values
 from nanoslip.study.measured.columns import rows_as_csv
 
 # A table of claims: the paper's statement, the dataset's number, and why the two differ.
@@ -46,7 +46,7 @@ class Claim(NamedTuple):
 HEADER: Final = ("", "paper", "found", "remark")
 
 
-def filled(claims: Iterable[Sequence[str]], header: Sequence[str] = HEADER) -> list[tuple[str, ...]]:
+def claim_rows(claims: Iterable[Sequence[str]], header: Sequence[str] = HEADER) -> list[tuple[str, ...]]:
     """The header and the rows of claims, without columns that are empty."""
     columns = zip(header, *claims, strict=True)
     kept = (column for number, column in enumerate(columns) if number == 0 or any(column[1:]))
@@ -55,7 +55,7 @@ def filled(claims: Iterable[Sequence[str]], header: Sequence[str] = HEADER) -> l
 
 def table(claims: Iterable[Sequence[str]], header: Sequence[str] = HEADER) -> str:
     """Claims as a Markdown table, without columns that are empty."""
-    head, *body = filled(claims, header)
+    head, *body = claim_rows(claims, header)
     lines = [head, ("---",) * len(head), *body]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
 
@@ -83,11 +83,11 @@ def start_statistics(values: NDArray[np.float64], digits: int = 4, scale: float 
     """Mean, standard deviation and range of a number over the starts (any shape) of an ensemble; NaN do not count."""
     found = scale * values[np.isfinite(values)]
     if not len(found):
-        return "none"
+        return "in no start"
     low, high = found.min(), found.max()
     if low == high:
         return f"{low:.{digits}g} from every start" if len(found) > 1 else f"{low:.{digits}g}"
-    mean, deviation = rounded(found.mean(), found.std(ddof=1))
+    mean, deviation = round_with_error(found.mean(), found.std(ddof=1))
     return f"{mean} (s.d. {deviation}, {low:.{digits}g} to {high:.{digits}g})"
 
 
@@ -185,7 +185,7 @@ def resize_figure(figure: Figure, size: Sequence[float] = ()) -> Figure:
     return figure
 
 
-def marked(number: int, **look: Any) -> dict[str, Any]:
+def series_style(number: int, **look: Any) -> dict[str, Any]:
     """Colour and marker of the series of this number, small, and other settings of its line."""
     return {"color": COLORS[number], "marker": MARKERS[number], "markersize": 3, **look}
 
@@ -292,7 +292,7 @@ def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
     if len(places) <= most:
         return list(range(len(places)))
     columns = [[place[name] for place in places] for name in places[0]] or [list(range(len(places)))]
-    ranks = [{value: rank for rank, value in enumerate(ordered(values))} for values in columns]
+    ranks = [{value: rank for rank, value in enumerate(sort_values(values))} for values in columns]
     counts = np.array([[len(rank)] for rank in ranks])
     ranked = np.array([[rank[value] for value in values] for rank, values in zip(ranks, columns, strict=True)])
     shares = (ranked + 0.5) / counts * np.minimum(counts, most)
@@ -320,14 +320,14 @@ class ClosedForm:
     spring_force: Floats
 
 
-def shipped_scales(dataset: xr.Dataset) -> Scales:
+def campaign_scales(dataset: xr.Dataset) -> Scales:
     """The scales of a dataset of a shipped campaign, whose attributes state them."""
     found = read_scales(dataset.attrs)
     assert found is not None
     return found
 
 
-def closed_form(
+def analytic_motion(
     case: xr.Dataset, scales: Scales, time: Floats, kinetic: float, static: float, later_static: float
 ) -> ClosedForm:
     """The motion that Eq. 16-19 give at times (n,), in s from 0 on, for the drive of one case with these coefficients."""
@@ -346,4 +346,4 @@ def fitted(case: xr.Dataset, scales: Scales | None, time: Floats) -> ClosedForm 
     kinetic, static, later = (float(case[name]) if name in case else np.nan for name in COEFFICIENTS)
     if not np.isfinite(kinetic + static):
         return None
-    return closed_form(case, scales, time, kinetic, static, static if np.isnan(later) else later)
+    return analytic_motion(case, scales, time, kinetic, static, static if np.isnan(later) else later)

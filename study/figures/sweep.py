@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats
 from nanoslip.study.figures.points import (
     Points,
+    format_in_figure,
     hyphenate,
-    in_a_figure,
     label,
     label_in_symbols,
     symbol_and_unit,
@@ -27,10 +27,10 @@ from nanoslip.study.figures.roles import (
     Roles,
     axis_positions,
     axis_sizes,
+    axis_values,
     is_logarithmic,
     select_points,
     set_axis,
-    values_of,
 )
 from nanoslip.study.figures.shared import COLORS, REGIME_COLORS, WIDTH, column, edges, legend, series_styles
 
@@ -51,7 +51,7 @@ LEGEND: Final = 0.35
 
 def make_panels(points: Points, roles: Roles) -> tuple[list[dict[str, Any]], int]:
     """The coordinates of each panel, and how many panels a row has: of several coordinates one runs along the rows."""
-    values = {name: values_of(points, name) for name in roles.panels}
+    values = {name: axis_values(points, name) for name in roles.panels}
     names = sorted(values, key=lambda name: len(values[name]) if len(values[name]) <= MOST_COLUMNS else 0)
     panels = [dict(zip(names, each, strict=True)) for each in itertools.product(*(values[name] for name in names))]
     return panels, len(values[names[-1]]) if len(names) > 1 else panel_columns(len(panels))
@@ -117,7 +117,7 @@ def _draw_lines(axes: Any, points: Points, here: Points, roles: Roles) -> None:
     """One line for each value of the hue, points alone over words."""
     line = points.axes[roles.x].dtype.kind not in "Ob"
     hues = (
-        [(in_a_figure(value), {roles.hue: value}) for value in values_of(points, roles.hue)]
+        [(format_in_figure(value), {roles.hue: value}) for value in axis_values(points, roles.hue)]
         if roles.hue
         else [("", {})]
     )

@@ -20,8 +20,8 @@ from nanoslip.study.dataset.file import read_groups
 from nanoslip.study.dataset.table import case_rows, read_scales
 from nanoslip.study.dataset.variables import are_means
 from nanoslip.study.figures.answer import answers, make_view
-from nanoslip.study.figures.points import DrawnColumns, axes_of, label, label_in_symbols, read_points, typeset
-from nanoslip.study.figures.roles import assign_roles, scattered
+from nanoslip.study.figures.points import DrawnColumns, differing_axes, label, label_in_symbols, read_points, typeset
+from nanoslip.study.figures.roles import assign_roles, is_scattered
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
 
 # Runs of a dataset (records, trajectories, contacts) as views: of many a few, spread over all axes.
@@ -91,7 +91,7 @@ def list_runs(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> l
         return []
     rows = case_rows(dataset, run_id_name(dataset, group))
     ids = rows.values(f"{group}_id").tolist()
-    labels, positions = axes_of(rows), rows.positions
+    labels, positions = differing_axes(rows), rows.positions
     distinct = [name for name in dict.fromkeys(ids) if isinstance(name, str) and name]
     enough = np.ones(len(ids), np.bool_)
     if need and need.variable in dataset:
@@ -216,7 +216,7 @@ def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     if "event" not in contact.dims:
         contact = contact.expand_dims("event")
     x = contact["x"].values
-    near = is_near_contact(x, contact["pressure"].values)
+    near = _is_near_contact(x, contact["pressure"].values)
     x = x[near]
     pressure = contact["pressure"].values[:, near]
     shear = contact["shear"].values[:, near]
@@ -270,7 +270,7 @@ def draw_contacts(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None
     axes.plot(here["x"], here["half_plane_pressure"], "--", linewidth=0.6, color=color)
 
 
-def is_near_contact(x: NDArray[np.float64], pressure: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _is_near_contact(x: NDArray[np.float64], pressure: NDArray[np.float64]) -> NDArray[np.bool_]:
     touching = x[(pressure > 0.0).any(axis=0)]
     if not len(touching):
         return np.ones(len(x), np.bool_)
@@ -508,7 +508,7 @@ def _losses(dataset: xr.Dataset) -> View | None:
     lossless = read_points(dataset, "shaken_down").values == 1.0
     points = points.at(~lossless)
     along = [name for name in ("amplitude", "stroke") if len(set(points.axes.get(name, ()))) > 1]
-    if not along or scattered(points) or assign_roles(points, along[0]).mapped:
+    if not along or is_scattered(points) or assign_roles(points, along[0]).mapped:
         return None
     view = make_view(points, along[0])
     form = "Mindlin's closed form (Coulomb friction, half-plane without coupling), with the stiffness K of each case"

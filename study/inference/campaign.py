@@ -18,7 +18,7 @@ from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.figures.points import points_named
 from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, search_parameters
-from nanoslip.study.inference.sensitivity import axis_of, point_errors, spread_of_members
+from nanoslip.study.inference.sensitivity import find_axis, point_errors, spread_of_members
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, names_by_word, table_taking, word_for_symbol
 from nanoslip.study.manifest.problems import ManifestError, unknown
@@ -166,7 +166,7 @@ class Question:
 
     def _points(self, x: Floats, plans: Sequence[Plan], store: Store, same_places: bool) -> ComputedPoint:
         """same_places: whether members come down at the same places at all points."""
-        parts = [point_numbers(self.targets, plan, collect(plan, store)) for plan in plans]
+        parts = [_point_numbers(self.targets, plan, collect(plan, store)) for plan in plans]
         values, errors, starts, flags = (np.concatenate(each) for each in zip(*parts, strict=True))
         return ComputedPoint(x, values, errors, starts, errors if same_places else 0.0 * errors, flags.max(axis=1))
 
@@ -185,7 +185,7 @@ def start_range(values: Floats, places: Sequence[str]) -> dict[str, list[float]]
     return found
 
 
-def point_numbers(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -> tuple[NDArray[Any], ...]:
+def _point_numbers(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -> tuple[NDArray[Any], ...]:
     """Values, ±, standard deviations of a start, and validity flags, each (cases, targets)."""
     found = [points_named(dataset, target.name) for target in targets]
     if len({points.name for points in found}) < len(found):
@@ -223,9 +223,9 @@ def make_question(
     stated = {**parameters_of_a_case(), **drive_parameters()}
     given = from_toml(manifest.text)
     axes = {stated[name].word or name: values for name, values in manifest.axes.items()} | dict(manifest.drive_axes)
-    fixed = keys_by_word(fixed, stated)
+    fixed = _keys_by_word(fixed, stated)
     several = [word for word, values in axes.items() if len(set(values)) > 1 and word not in fixed]
-    asked = keys_by_word(vary, stated) or dict.fromkeys(word for word in several if isinstance(axes[word][0], float))
+    asked = _keys_by_word(vary, stated) or dict.fromkeys(word for word in several if isinstance(axes[word][0], float))
     if not asked:
         raise ManifestError.in_file(manifest.path, "--vary, as --vary mu_i=0.1:0.8", "no axis of several numbers")
     for word in asked:
@@ -257,7 +257,7 @@ def make_question(
     return replace(question, places=places, same_places=START in fixed)
 
 
-def keys_by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[str, Any]:
+def _keys_by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[str, Any]:
     """Map values given by words or symbols to words. Raises ManifestError if one is given twice."""
     found = {word_for_symbol(key, stated): value for key, value in given.items()}
     if len(found) < len(given):
@@ -317,5 +317,5 @@ def _range(
     if own:
         in_decades = own.get("scale") == "log"
     elif values is not None and len(set(values)) > 2:
-        in_decades = axis_of(word, np.array(values)).logarithmic
+        in_decades = find_axis(word, np.array(values)).logarithmic
     return Range(word, low, high, low > 0.0 and in_decades)

@@ -71,7 +71,7 @@ def sensitivity_view(found: Sensitivity) -> View:
     return View(name, caption, partial(bars, found), partial(index_table, found))
 
 
-def draw_index_bars(dataset: xr.Dataset) -> Iterator[View | str]:
+def _draw_index_bars(dataset: xr.Dataset) -> Iterator[View | str]:
     """Bars for each number on the page, or why they are unknown; none with fewer than three axes."""
     names = next((group for group in NUMBERS if group[0] in dataset), ())
     for name in names:
@@ -80,7 +80,7 @@ def draw_index_bars(dataset: xr.Dataset) -> Iterator[View | str]:
             yield caution(found) if found.unknown else sensitivity_view(found)
 
 
-SENSITIVITY: Final = Sort("sensitivity", "What matters", draw_index_bars)
+SENSITIVITY: Final = Sort("sensitivity", "What matters", _draw_index_bars)
 
 # The set of parameters that agrees with measured numbers.
 
@@ -95,7 +95,7 @@ _SHADES: Final = ("#0b5394", "#9fc5e8")
 def contours(found: Fit) -> Figure:
     """The set at 68 and 95 % in a panel for each pair of parameters, with the computed points and the best one."""
     if len(found.ranges) == 1:
-        return draw_parameter_fit(found)
+        return _draw_parameter_fit(found)
     pairs = list(itertools.combinations(range(len(found.ranges)), 2))
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)
@@ -135,7 +135,7 @@ def _draw_pair(axes: Any, found: Fit, first: int, second: int) -> None:
             set_few_ticks(getattr(axes, f"{name}axis"))
 
 
-def draw_parameter_fit(found: Fit) -> Figure:
+def _draw_parameter_fit(found: Fit) -> Figure:
     """Draw a fit of one parameter: each number over it, the measured one as a band, and the parameter's interval."""
     grid = np.linspace(0.0, 1.0, 4 * FINE)[:, None]
     means, errors = found.predict(grid)

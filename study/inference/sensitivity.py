@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import student
-from nanoslip.study.dataset.access import of_members
+from nanoslip.study.dataset.access import read_members
 from nanoslip.study.figures.points import Points, column_length_name, points_named, unevenness
 from nanoslip.study.inference.surrogate import ALIKE, MOST_REGRESSED, TooFewError, regress
 
@@ -57,7 +57,7 @@ class Axis:
         return np.asarray(self.places(np.array(self.levels))[(shares * len(self.levels)).astype(int)])
 
 
-def axis_of(name: str, values: NDArray[Any]) -> Axis:
+def find_axis(name: str, values: NDArray[Any]) -> Axis:
     """The axis that cases have these values of."""
     if values.dtype.kind in "OUb":
         return Axis(name, tuple(dict.fromkeys(values.tolist())))
@@ -121,7 +121,7 @@ def indices(
 
     values: NaN of holes. errors: the ± of each, NaN where it is not known. most: values that a surrogate is made of.
     """
-    axes = [axis_of(name, each) for name, each in columns.items()]
+    axes = [find_axis(name, each) for name, each in columns.items()]
     there = np.isfinite(values)
     some = np.isfinite(errors[there]).any() and np.ptp(values[there]) > 0.0
     with np.errstate(over="ignore"):
@@ -135,7 +135,7 @@ def indices(
     if table is not None and (noise >= 1.0 or np.ptp(values) <= ALIKE * np.abs(values).max()):
         return replace(found, unknown="its values are alike, within their ± or rounding")
     if table is not None:
-        first, total = table_indices(*table)
+        first, total = _table_indices(*table)
         return replace(found, first=first, total=total, scatter=0.0, predictivity=1.0, complete=True)
     try:
         surrogate = regress(np.hstack([axis.places(columns[axis.name]) for axis in axes]), values, errors, most)
@@ -203,7 +203,7 @@ def _table(
     return values[back].reshape(shape), np.nan_to_num(errors[back], nan=usual).reshape(shape)
 
 
-def table_indices(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
+def _table_indices(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
     """Indices of a complete table: their error is that of its numbers, drawn once more."""
     noise = float(np.mean(errors**2))
     draw, here = np.random.default_rng(SEED_OF_DRAWS), _shares(values, noise)
@@ -238,7 +238,7 @@ def _interval(drawn: Floats, missed: float) -> Floats:
 def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
     """Standard deviation over the members of each of all points, also where the mean has no ±; NaN of fewer than two members."""
     rows = column_length_name(dataset, points.sources, {})
-    columns = [of_members(rows, name) for name in points.sources]
+    columns = [read_members(rows, name) for name in points.sources]
     with np.errstate(divide="ignore", invalid="ignore"):
         values = columns[0] if len(columns) == 1 else [above / below for above, below in zip(*columns, strict=True)]
     return np.array([_deviation(each[np.isfinite(each)]) for each in values])

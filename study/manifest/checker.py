@@ -31,7 +31,7 @@ from nanoslip.study.manifest.parameters import (
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, suggestion_remark, unknown
 from nanoslip.study.manifest.surface import NamedSurface, read_surface
 from nanoslip.study.measured.columns import FileColumn, decode_text, read_cells, read_columns, unit_factor
-from nanoslip.study.toml_text import ONE_LINE, one_line, shown
+from nanoslip.study.toml_text import ONE_LINE, one_line, quote_toml
 
 
 class Given(NamedTuple):
@@ -91,7 +91,9 @@ def read_table(path: Path, given: str | None) -> CaseTable:
         raise ManifestError.in_file(path, need, line=lines[0][0])
     file = Place(str(path))
     problems = [
-        Problem(file, f"column {shown(word)}", remark=unknown(word, axes())) for word in header if word not in axes()
+        Problem(file, f"column {quote_toml(word)}", remark=unknown(word, axes()))
+        for word in header
+        if word not in axes()
     ]
     problems += [Problem(file, f"column {word}", need="to appear once") for word in axes() if header.count(word) > 1]
     problems += [
@@ -102,7 +104,7 @@ def read_table(path: Path, given: str | None) -> CaseTable:
     if problems:
         raise ManifestError(problems)
     columns: GivenColumns = {
-        word: [Given(Place(str(path), line), word, cell_value(word, row[position].strip())) for line, row in lines[1:]]
+        word: [Given(Place(str(path), line), word, _cell_value(word, row[position].strip())) for line, row in lines[1:]]
         for position, word in enumerate(header)
     }
     return CaseTable(text, columns)
@@ -134,12 +136,12 @@ def read_rows(word: str, path: Path, given: str | None) -> FileRows:
         else:
             good[line] = row if len(row) > 1 else row[0]
     value = tuple(good.values())
-    whole = refused(make_case, {word: value})
+    whole = find_refusal(make_case, {word: value})
     if not value or whole:
         last = {} if needs else {lines[-1][0]: whole.need if value and whole else "numbers below its header"}
-        needs |= needs_by_line(word, good) or last
+        needs |= _needs_by_line(word, good) or last
     if needs:
-        cells_of = {line: shown(",".join(cells)) for line, cells in lines}
+        cells_of = {line: quote_toml(",".join(cells)) for line, cells in lines}
         raise ManifestError(Problem(Place(str(path), line), cells_of[line], need=needs[line]) for line in sorted(needs))
     return FileRows(text, value)
 
@@ -184,7 +186,7 @@ ONE_LOAD: Final = "one normal_load in [constants], or loads over normal_load"
 """Condition of loads in N along a path."""
 
 
-def loads_over(given: Any, unit: float) -> Any:
+def parse_loads(given: Any, unit: float) -> Any:
     """A list of loads over normal_load from numbers and texts as "50 N". Raises InvalidInput.
 
     unit: normal_load in N.
@@ -196,12 +198,12 @@ def loads_over(given: Any, unit: float) -> Any:
     return [load if each is load else load / unit for each, load in zip(given, found, strict=True)]
 
 
-def needs_by_line(word: str, given: Mapping[int, Any]) -> dict[int, str]:
+def _needs_by_line(word: str, given: Mapping[int, Any]) -> dict[int, str]:
     """Line -> what its value needs after the last right one."""
     last: tuple[Any, ...] = ()
     found = {}
     for line, value in given.items():
-        if last and (wrong := refused(make_case, {word: (*last, value)})):
+        if last and (wrong := find_refusal(make_case, {word: (*last, value)})):
             found[line] = wrong.need
         else:
             last = (value,)
@@ -225,7 +227,7 @@ def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
         raise ManifestError.in_file(path, remark=str(error)) from None
 
 
-def cell_value(word: str, cell: str) -> Value | None:
+def _cell_value(word: str, cell: str) -> Value | None:
     """The value of a cell; None of an empty one where a setting of a scheme is not given."""
     return number_or_text(cell) if cell or word not in SCHEMES.settings() else None
 
@@ -242,7 +244,7 @@ def number_or_text(cell: str) -> Value:
     return cell
 
 
-def refused(make: Callable[..., object], *arguments: object) -> InvalidInput | None:
+def find_refusal(make: Callable[..., object], *arguments: object) -> InvalidInput | None:
     """Call `make`; return the InvalidInput that it raises, None if it raises none."""
     try:
         make(*arguments)
@@ -324,7 +326,7 @@ class Checker:
     def _plain(self, stated: Parameter, sizes: SceneSizes | None, given: Given) -> Given | None:
         try:
             if stated.listed:
-                return given._replace(value=loads_over(given.value, sizes.load if sizes else math.nan))
+                return given._replace(value=parse_loads(given.value, sizes.load if sizes else math.nan))
             value = plain(given.key, given.value, stated, sizes.scales if sizes else None)
         except InvalidInput as error:
             self.problems.append(given.problem(error.need))
@@ -368,7 +370,7 @@ class Checker:
         for key, value in content.items():
             if key not in names:
                 self.refuse(key_shown(key), value, remark=unknown(key, names), table=where)
-            elif wrong := refused(partial(make, **{**others, key: value})):
+            elif wrong := find_refusal(partial(make, **{**others, key: value})):
                 self.refuse(key, value, wrong.need, table=where)
             else:
                 good[key] = value
@@ -408,7 +410,7 @@ class NamedFiles(Checker):
             return None
         for other in ("axes", "design"):
             if other in top:
-                self.refuse(other, need=f"to be left out beside table = {shown(top['table'])}")
+                self.refuse(other, need=f"to be left out beside table = {quote_toml(top['table'])}")
         return self._read(read_table, "table", top["table"])
 
     def rows(self, fixed: dict[str, GivenColumns], sizes: SceneSizes) -> dict[str, FileRows]:

@@ -8,7 +8,7 @@ from typing import Any, Final, get_type_hints
 
 from nanoslip.solver.case import PARTS, Case
 from nanoslip.solver.drive import AUTO, INTEGRATORS, Drive, Scales
-from nanoslip.solver.parameter import Parameter, choices_of, declared
+from nanoslip.solver.parameter import Parameter, declared, field_choices
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.study.manifest import manifest
 from nanoslip.study.manifest.parameters import LIMITS, TABLES, UNITS, as_written, axes, compact, with_symbol
@@ -134,7 +134,7 @@ def _key(kind: type, name: str, table: str, stated: Parameter, hint: Any, value:
 def _allowed(name: str, word: str, stated: Parameter, hint: Any) -> str:
     if stated.need and not stated.columns:
         return stated.need
-    words = FAMILIES[name].keys() if name in FAMILIES else choices_of(hint)
+    words = FAMILIES[name].keys() if name in FAMILIES else field_choices(hint)
     if words:
         return ", ".join(f'"{each}"' for each in words)
     if stated.columns:

@@ -25,7 +25,7 @@ from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, declared, parameter, require, validate
 from nanoslip.study.manifest.parameters import OTHER_TABLES, YOUNG, Value, as_written, field_names, span
-from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
+from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, quote_toml
 
 # Who made a campaign and how others may use it: the table [about], for attributes of the dataset. It decides no result.
 
@@ -292,7 +292,7 @@ class CampaignKeys:
         ("contact", "slip"),
         meaning="stages computed: initial contact, friction records, drives",
         comment="with drives, all three",
-        need=" or ".join(shown(list(STAGES[:count])) for count in range(1, len(STAGES) + 1)),
+        need=" or ".join(quote_toml(list(STAGES[:count])) for count in range(1, len(STAGES) + 1)),
     )
     design: Design = parameter(
         "product",

@@ -212,7 +212,7 @@ def plain(key: str, value: Any, stated: Parameter, scales: Scales | None = None)
     if given is None:
         return value
     try:
-        found = convert_unit(given[1], given[2], unit, scales if stated.scale == "force" else None)
+        found = _convert_unit(given[1], given[2], unit, scales if stated.scale == "force" else None)
         return float(found / Decimal(str(getattr(scales, stated.scale) if scales else 1)))
     except (AttributeError, TypeError, ValueError, ArithmeticError):  # pint's own are among them
         raise InvalidInput(key, value, f'a number, or one with a unit as "{given[1]} {as_written(unit)}"') from None
@@ -230,7 +230,7 @@ def twice(value: str) -> str:
     return f"{2 * Decimal(given[1])} {given[2]}"
 
 
-def convert_unit(number: str, unit: str, into: str, scales: Scales | None) -> Decimal:
+def _convert_unit(number: str, unit: str, into: str, scales: Scales | None) -> Decimal:
     """A quantity in another unit. scales: for a force, which may be given per depth of the slab, as plane strain has it."""
     try:
         return convert(number, unit, into)

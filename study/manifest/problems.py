@@ -11,8 +11,8 @@ from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import parameters_of_a_drive
 from nanoslip.solver.outcome import ABSENT, SHOWN, NanoslipError
 from nanoslip.study.manifest.parameters import OTHER_TABLES, axes, table_taking, word_for_symbol
-from nanoslip.study.manifest.vocabulary import beyond, key_meant, otherwise
-from nanoslip.study.toml_text import shown
+from nanoslip.study.manifest.vocabulary import key_meant, missing_physics, otherwise
+from nanoslip.study.toml_text import quote_toml
 
 LONGEST_PATH = 200
 """The most characters of a path that a message shows."""
@@ -51,7 +51,7 @@ class Problem:
         given = not missing and self.value is not ABSENT
         # A division by a unit leaves 1.4899999999999998.
         value = float(f"{self.value:.10g}") if isinstance(self.value, float) else self.value
-        where = self.place.of(self.key) + (f" = {shown(value)}" if given else "")
+        where = self.place.of(self.key) + (f" = {quote_toml(value)}" if given else "")
         parts = (where, "missing" if missing else "", self.remark, self.need and f"needs {self.need}")
         return escaped(": ".join(filter(None, parts)))
 
@@ -85,7 +85,7 @@ class ManifestError(NanoslipError):
 
 def key_shown(key: str) -> str:
     """A key of a campaign file, at most SHOWN characters; in quotes where it is not a single word."""
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) and len(key) <= SHOWN else shown(key)
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) and len(key) <= SHOWN else quote_toml(key)
 
 
 def escaped(text: str) -> str:
@@ -112,12 +112,12 @@ def suggestion_remark(word: str, allowed: Collection[str]) -> str:
     if symbol == word and (how := otherwise(word)):
         return how
     near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
-    meant = symbol if symbol != word else key_meant(word) or ("" if beyond(word) else "".join(near))
+    meant = symbol if symbol != word else key_meant(word) or ("" if missing_physics(word) else "".join(near))
     if meant:
         return f"unknown; did you mean {meant}" + (
             f", which {_home(meant)}?" if meant not in allowed and _home(meant) else "?"
         )
-    return beyond(word)
+    return missing_physics(word)
 
 
 def _home(word: str) -> str:

@@ -24,7 +24,15 @@ from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, LONGEST_MESSAGE, InvalidInput
 from nanoslip.solver.parameter import as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
-from nanoslip.study.manifest.checker import Checker, Given, GivenColumns, NamedFiles, SceneSizes, read_text, refused
+from nanoslip.study.manifest.checker import (
+    Checker,
+    Given,
+    GivenColumns,
+    NamedFiles,
+    SceneSizes,
+    find_refusal,
+    read_text,
+)
 from nanoslip.study.manifest.manifest import (
     KNOWABLE,
     MOST_CASES,
@@ -63,7 +71,7 @@ from nanoslip.study.manifest.parameters import (
     words_by_name,
 )
 from nanoslip.study.manifest.problems import ManifestError, key_shown, unknown
-from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
+from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, quote_toml
 
 # The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes].
 
@@ -136,10 +144,10 @@ def _table(checker: Checker, where: str, content: dict[str, Any]) -> _Table:
     alone = {key: value for key, value in content.items() if key not in last}
     good = checker.valid(where, alone, NamedDrive.of, ("name", *drive_parameters()), name="-")
     for key, value in list(last.items()):
-        if wrong := refused(_typed, key, value):
+        if wrong := find_refusal(_typed, key, value):
             checker.refuse(key, value, wrong.need, table=where)
             del last[key]
-    if alone.keys() - good and (wrong := refused(only_length, alone)):  # else all of the table says it
+    if alone.keys() - good and (wrong := find_refusal(only_length, alone)):  # else all of the table says it
         checker.refuse(wrong.key, wrong.value, wrong.need, table=where)
     return _Table(where, good.pop("name", "-"), good | last)
 
@@ -159,7 +167,7 @@ def _values(checker: Checker, key: str, values: list[Any]) -> Iterator[Value]:
         if place not in number:
             continue
         given = number[place]
-        if wrong := refused(_typed, key, given):
+        if wrong := find_refusal(_typed, key, given):
             checker.refuse(place, given, wrong.need, table=AXES)
             continue
         if (value := _typed(key, given)) in seen:
@@ -190,7 +198,7 @@ def _driven(table: _Table, point: dict[str, Value], scales: Scales) -> CampaignD
     except InvalidInput as error:
         settings = {**_DEFAULTS.flat, **({"duration": None} if {PERIODS, TRAVEL} & given.keys() else {}), **given}
         return CampaignDrive(table.name, point, settings, None, refused=error)
-    if wrong := refused(drive.dimensionless, scales):
+    if wrong := find_refusal(drive.dimensionless, scales):
         return CampaignDrive(table.name, point, drive.flat, None, refused=wrong)
     return CampaignDrive(table.name, point, drive.flat, drive, frozenset(given))
 
@@ -232,7 +240,7 @@ def manifest_hash(text: str, files: Mapping[str, str]) -> str:
     return hashlib.sha256("".join([text, *(files[key] for key in FILE_KEYS if key in files)]).encode()).hexdigest()
 
 
-def named_files(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
+def files_in_campaign(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
     """The files that the content of a campaign names, by the keys that name them; of an axis several."""
     named: dict[str, list[Any]] = {key: [campaign.get(key)] for key in FILE_KEYS if key not in file_parameters()}
     for word, stated in file_parameters().items():
@@ -363,7 +371,7 @@ class _Reader(NamedFiles):
         if "target" in top:
             self.refuse("[target]", need="[ensemble] members: numbers of a [path] have no target")
         ways = {name: values[0] for name, values in manifest.axes.items() if name in declared(LoadPath) and values}
-        wrong = refused(make_case, {**manifest.fixed, **ways})
+        wrong = find_refusal(make_case, {**manifest.fixed, **ways})
         if wrong and wrong.key == "path":
             for name, value in wrong.beside.items():
                 word = words_by_name()[name]
@@ -390,9 +398,9 @@ class _Reader(NamedFiles):
             if "shear_modulus" in content or "poisson" in {*top.get("axes", {}), *columns}:
                 need = "one Poisson's ratio, and no shear_modulus beside it"
                 self.refuse(YOUNG, modulus, need, table="scales")
-            elif wrong := refused(as_float, YOUNG, modulus):
+            elif wrong := find_refusal(as_float, YOUNG, modulus):
                 self.refuse(YOUNG, modulus, wrong.need, table="scales")
-            elif not refused(as_float, "poisson", poisson) and parameters_of_a_case()["poisson"].holds(poisson):
+            elif not find_refusal(as_float, "poisson", poisson) and parameters_of_a_case()["poisson"].holds(poisson):
                 content["shear_modulus"] = modulus / (2.0 * (1.0 + poisson))  # a wrong one is refused in its table
         return Scales(**self.valid("scales", _with_depth(top, content), Scales))
 
@@ -448,7 +456,7 @@ class _Reader(NamedFiles):
         if design not in ("product", "zip", *SAMPLED):
             self.refuse("design", design, f'{TOP_LEVEL["design"][1]}, or a table = "cases.csv" instead')
         elif design not in SAMPLED and (idle := {"points", "design_seed"} & top.keys()):
-            self.refuse(sorted(idle)[0], need=f"design = {' or '.join(map(shown, SAMPLED))}")
+            self.refuse(sorted(idle)[0], need=f"design = {' or '.join(map(quote_toml, SAMPLED))}")
         elif design == "zip" and len(set(lengths.values())) != 1:
             counts = ", ".join(f"{count} of {word}" for word, count in lengths.items()) or "no axes"
             self.refuse("design", design, f"axes of equal length, got {counts}")
@@ -499,7 +507,7 @@ def _range(checker: Checker, word: str, given: Any, sizes: SceneSizes) -> Callab
     values: list[Any] = [each.value for each in columns[word]]
     if len(values) < len(ends):
         return None
-    wrong = "" if listed else range_need(names_by_word()[word], values[0], values[1], given.get("scale", "linear"))
+    wrong = "" if listed else _range_need(names_by_word()[word], values[0], values[1], given.get("scale", "linear"))
     if wrong:
         checker.refuse(word, given, wrong, table="axes")
         return None
@@ -509,13 +517,13 @@ def _range(checker: Checker, word: str, given: Any, sizes: SceneSizes) -> Callab
     return (lambda s: low * (high / low) ** s) if given.get("scale") == "log" else (lambda s: low + s * (high - low))
 
 
-def range_need(name: str, low: Any, high: Any, scale: Any) -> str:
+def _range_need(name: str, low: Any, high: Any, scale: Any) -> str:
     """Allowed values of a parameter's range if it is wrong; empty if it is right."""
     if isinstance(Case.of({}).flat[name], bool | int | str):
         return "a list of values, as it takes no range"
     others = dict.fromkeys(LIMITED_BY_SCHEME, "strip") | dict.fromkeys(BY_ROWS, "layer")
     other = {"scheme": others[name]} if name in others else {}  # each case is tried with its own scheme later
-    if wrong := refused(make_case, {name: low, **other}) or refused(make_case, {name: high, **other}):
+    if wrong := find_refusal(make_case, {name: low, **other}) or find_refusal(make_case, {name: high, **other}):
         return wrong.need
     if -math.inf < low < high < math.inf and (scale == "linear" or (scale == "log" and low > 0.0)):
         return ""
@@ -538,12 +546,12 @@ def _slabs(numerics: GivenColumns) -> list[dict[str, Value]]:
     A setting of a scheme that fits none of these slabs fits no case; nor does an n_x.
     """
     given = {word: [each.value for each in numerics.get(word, [])] for word in ("n_x", "scheme")}
-    schemes = [{"scheme": scheme} for scheme in given["scheme"] if not refused(make_case, {"scheme": scheme})]
+    schemes = [{"scheme": scheme} for scheme in given["scheme"] if not find_refusal(make_case, {"scheme": scheme})]
     return [_finest(scheme, given["n_x"]) for scheme in schemes or [{}]]
 
 
 def _finest(scheme: dict[str, Value], sizes: list[Any]) -> dict[str, Value]:
-    good = [n_x for n_x in sizes if not refused(make_case, {**scheme, "n_x": n_x})]
+    good = [n_x for n_x in sizes if not find_refusal(make_case, {**scheme, "n_x": n_x})]
     return {**scheme, "n_x": max(good)} if good else scheme
 
 

@@ -161,7 +161,7 @@ def _is_xyz(source: columns.FileColumns) -> bool:
 def _read_image(source: columns.FileColumns, given: NamedSurface, stated: Mapping[str, str] | None) -> Surface:
     """An image of a matrix of heights, with what is stated above it, or of columns x, y, z in any order."""
     found = _from_columns(source, given) if stated is None else _matrix(source, given, stated)
-    height, filled = _without_holes(found.height, given.missing)
+    height, filled = _fill_holes(found.height, given.missing)
     found = found._replace(height=height)
     x, y = (axis - (axis[0] + axis[-1]) / 2.0 for axis in (found.xi, found.y))
     degree = get_args(Detrend).index(given.detrend) - 1
@@ -207,10 +207,10 @@ def _from_columns(source: columns.FileColumns, given: NamedSurface) -> Image:
     ]
     x, y, height = (source.columns[column].values for column in chosen)
     placed = np.isfinite(x) & np.isfinite(y)
-    return _on_grid(x[placed] * scales[0], y[placed] * scales[1], height[placed] * scales[2])
+    return _grid_heights(x[placed] * scales[0], y[placed] * scales[1], height[placed] * scales[2])
 
 
-def _on_grid(x: Floats, y: Floats, height: Floats) -> Image:
+def _grid_heights(x: Floats, y: Floats, height: Floats) -> Image:
     """Heights of points in any order on the grid of their places, NaN where one has none. Raises InvalidInput of no grid."""
     (along, column), (across, row) = (np.unique(places, return_inverse=True) for places in (x, y))
     count = len(along) * len(across)
@@ -227,7 +227,7 @@ def _on_grid(x: Floats, y: Floats, height: Floats) -> Image:
     return Image(along, across, found)
 
 
-def _without_holes(height: Floats, missing: Missing) -> tuple[Floats, int]:
+def _fill_holes(height: Floats, missing: Missing) -> tuple[Floats, int]:
     """Heights of an image without holes, and how many were filled. Raises InvalidInput of holes that may not be filled.
 
     A hole is what is no number, has no line, or repeats a number that instruments write for it, far from all other heights.

@@ -80,7 +80,7 @@ def otherwise(word: str) -> str:
     return next((how for words, how in OTHERWISE.values() if word.lower() in words.split()), "")
 
 
-def beyond(word: str) -> str:
+def missing_physics(word: str) -> str:
     """Sentence on physics that the model does not have, by a word that sounds like it; empty for any other."""
     found = ((what, tool) for what, (words, tool) in BEYOND.items() if word.lower() in words.split())
     return next((f"{what}: not modelled here; {tool}" for what, tool in found), "")

@@ -75,7 +75,7 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     strokes = strokes_between_turns(position)
     if len({stroke.way for stroke in strokes}) < 2:
         return None
-    force = _along_strokes(position, force, strokes)
+    force = _forces_along_strokes(position, force, strokes)
     begin, end = (float(force[place : place + 3].mean()) for place in (strokes[0].first, strokes[0].last - 3))
     begins_at_rest = abs(begin) < abs(end) / 2.0
     if begins_at_rest and len(strokes) > 2:
@@ -84,11 +84,11 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     works = [newtons * _work(position, force, stroke) for stroke in strokes]
     cycles = list(pairwise(range(len(strokes))))
     energies = [works[low] + works[high] for low, high in cycles]
-    ends = [contacts_at_turns(position, force, stroke) for stroke in strokes]
+    ends = [_contacts_at_turns(position, force, stroke) for stroke in strokes]
     swings = [(ends[low] - ends[high]) * strokes[low].way / 2.0 for low, high in cycles]
     reaches = [abs(position[strokes[low].last] - position[strokes[low].first]) / 2.0 for low, _ in cycles]
     amplitudes = [reach - swing * soft for reach, swing in zip(reaches, swings, strict=True)]
-    middles = [_between(position, force, stroke, *MIDDLE) for stroke in strokes]
+    middles = [_mean_within_shares(position, force, stroke, *MIDDLE) for stroke in strokes]
     halves = [(middles[low] - middles[high]) * strokes[low].way / 2.0 for low, high in cycles]
     widths = [_width(position, force, strokes[low], strokes[high]) for low, high in cycles]
     slopes = [_slope_after_turn(position, force, stroke) for stroke in strokes[1:]]
@@ -113,7 +113,7 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     return Loops(numbers, slides, rigid, begins_at_rest, position, force, tuple(strokes))
 
 
-def _along_strokes(position: Floats, force: Floats, strokes: Sequence[LoopStroke]) -> Floats:
+def _forces_along_strokes(position: Floats, force: Floats, strokes: Sequence[LoopStroke]) -> Floats:
     """Forces that act along the stroke towards larger positions: the sign of a cell is not known."""
     along = sum(stroke.way * float(force[stroke.first : stroke.last].mean()) for stroke in strokes)
     rises = float(np.polyfit(position - position.mean(), force, 1)[0])
@@ -140,14 +140,14 @@ def _shares(position: Floats, stroke: LoopStroke) -> Floats:
     return shares
 
 
-def _between(position: Floats, force: Floats, stroke: LoopStroke, low: float, high: float) -> float:
+def _mean_within_shares(position: Floats, force: Floats, stroke: LoopStroke, low: float, high: float) -> float:
     """Mean force between two shares of a stroke's way; NaN of no sample."""
     shares = _shares(position, stroke)
     chosen = force[stroke.first : stroke.last + 1][(shares >= low) & (shares <= high)]
     return float(chosen.mean()) if len(chosen) else math.nan
 
 
-def contacts_at_turns(position: Floats, force: Floats, stroke: LoopStroke) -> float:
+def _contacts_at_turns(position: Floats, force: Floats, stroke: LoopStroke) -> float:
     """Force at the end of a stroke: of its last tenth, on the line through this at the turn."""
     shares = _shares(position, stroke)
     last = shares >= NEAR_TURN

@@ -154,7 +154,7 @@ class TraceOptions(NamedTuple):
 def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> Trace:  # noqa: B008  frozen
     """A trace from its file's text. Raises InvalidInput with line and value."""
     source = read_columns(path, text)
-    columns = column_positions(source, given)
+    columns = _column_positions(source, given)
     at, force = source.columns[columns.at], source.columns[columns.force]
     over = "displacement" if given.displacement or (not given.time and _role(at) == "displacement") else "time"
     if columns.position is not None and given.displacement:
@@ -167,7 +167,7 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     require("number of points", len(rows.lines), len(rows.lines) >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
     turning = over == "displacement" and has_turns(rows.values[0])
     if over == "displacement":
-        rows = _along_the_way(rows)
+        rows = _rows_along_way(rows)
     goes = "goes on" if over == "time" else "goes one way: one stroke"
     found = one_way(rows, over, goes, turns=over == "displacement")
     spikes = outliers(found.others[0])
@@ -224,7 +224,7 @@ def turning_points(position: Floats) -> list[int]:
     return [*turns, len(position) - 1]
 
 
-def _along_the_way(rows: Rows) -> Rows:
+def _rows_along_way(rows: Rows) -> Rows:
     """Rows over the way that a stage has gone, without the noise of its position, which becomes the last column if it turns.
 
     Between turns the way is the increasing one nearest to the measured positions.
@@ -290,7 +290,7 @@ def _role(column: FileColumn) -> str:
     return by_name if column.dimension == "1" else _OF_DIMENSION.get(column.dimension, "")
 
 
-def column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns:
+def _column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns:
     """Columns of time or displacement, force and perhaps load. Raises InvalidInput if names do not determine them."""
     if given.columns:
         return ChosenColumns(*(source.named(each) for each in given.columns))
@@ -303,7 +303,7 @@ def column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns:
     if len(forces) > 1:
         forces = [place for place in forces if _FRICTION.search(source.columns[place].name)] or forces
     positions, times = of["displacement"], of["time"]
-    turning = [place for place in positions if _turns_in(source, place)]
+    turning = [place for place in positions if _is_turning(source, place)]
     overs = positions if given.displacement and not (turning and len(times) == 1) else times or positions
     if len(overs) == len(forces) == 1:
         load = of["load"][0] if of["load"] and forces[0] in of["force"] else None
@@ -315,7 +315,7 @@ def column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns:
     raise InvalidInput(f"columns {source}: needs --columns, time or displacement and force, as --columns 1 2")
 
 
-def _turns_in(source: FileColumns, place: int) -> bool:
+def _is_turning(source: FileColumns, place: int) -> bool:
     """True if a column of positions has most of its numbers, and turns."""
     values = source.columns[place].values
     known = values[np.isfinite(values)]

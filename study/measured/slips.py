@@ -31,7 +31,7 @@ class Averaged(NamedTuple):
     slips: list[TraceSlip]
 
 
-def averaging_width(trace: Trace, width: int) -> Averaged:
+def _averaging_width(trace: Trace, width: int) -> Averaged:
     noise = noise_deviation(trace.force, width)
     trace = trace.averaged(width)
     force = trace.force
@@ -42,7 +42,7 @@ def averaging_width(trace: Trace, width: int) -> Averaged:
 
 def averaged(trace: Trace) -> Averaged:
     """The narrowest means that show all slips but one, as one at an end may be seen or not."""
-    widths = [averaging_width(trace, 2**power) for power in range((len(trace.at) // FEWEST_POINTS).bit_length() or 1)]
+    widths = [_averaging_width(trace, 2**power) for power in range((len(trace.at) // FEWEST_POINTS).bit_length() or 1)]
     most = max(len(averages.slips) for averages in widths)
     return next(averages for averages in widths if len(averages.slips) >= most - 1)
 
@@ -110,7 +110,7 @@ def _slips(force: Floats, drop: float) -> list[TraceSlip]:
     return [*found, TraceSlip(high, low, ended=False)] if falling else found
 
 
-def turned(at: Floats, slips: Sequence[TraceSlip]) -> bool:
+def is_turned(at: Floats, slips: Sequence[TraceSlip]) -> bool:
     """True if the force falls more slowly than it rises. In stick-slip the slip is the shorter part."""
     falls = sum(at[slip.trough] - at[slip.peak] for slip in slips[:-1])
     rises = sum(at[after.peak] - at[slip.trough] for slip, after in pairwise(slips))

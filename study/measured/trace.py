@@ -38,10 +38,10 @@ from nanoslip.study.measured.slips import (
     breakaway,
     cut_strokes,
     end_of_pull,
+    is_turned,
     keeps_sliding,
     ramp,
     rise_rate,
-    turned,
 )
 
 
@@ -116,15 +116,15 @@ def measure_trace(
         need = "the column of the normal stress, whose ratio is the friction coefficient; or times the area of contact, as N"
         raise InvalidInput(f"force = a shear stress: needs {need}")
     if trace.unit == "N" and math.isnan(load) and trace.load is not None and has_changing_load(trace.load):
-        return _over_load(trace, trace.load)
+        return _load_line_numbers(trace, trace.load)
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     newtons = load if math.isfinite(load) else 1.0
     pull = _Pull("1" if math.isfinite(load) else trace.unit, newtons, load, velocity, damping, rig)
     trace = replace(trace, force=trace.force / per)
-    return stroke_numbers(trace, pull) if two_way(trace.force) else pull_numbers(trace, pull)
+    return _stroke_numbers(trace, pull) if two_way(trace.force) else _pull_numbers(trace, pull)
 
 
-def _over_load(trace: Trace, load: Floats) -> TraceNumbers:
+def _load_line_numbers(trace: Trace, load: Floats) -> TraceNumbers:
     """Friction over a load that changes. Raises InvalidInput of strokes of both signs, which need a load of their own each."""
     low, high = float(np.abs(load).min()), float(np.abs(load).max())
     if two_way(trace.force):
@@ -135,13 +135,13 @@ def _over_load(trace: Trace, load: Floats) -> TraceNumbers:
     return TraceNumbers(friction_over_load(load, trace.force), (), (flag,))
 
 
-def stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
+def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     """Numbers of strokes of both signs: friction is half their difference, the offset half their sum, ± over strokes.
 
     A drift of the force cell is subtracted if it is beyond three of its standard errors.
     """
     middle, strokes = _cut(trace.force)
-    drift = drift_of(trace, strokes)
+    drift = common_drift(trace, strokes)
     flags = [TraceFlag("strokes", {"strokes": len(strokes)})]
     numbers: dict[str, Measured] = {}
     rate = 0.0
@@ -154,7 +154,7 @@ def stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
         )
         few = "few_" if len(strokes) == 2 else ""
         flags.append(TraceFlag(f"{few}strokes_drift", {"rate": rate, **_units(trace, pull)}))
-    found = [pull_numbers(trace.part(stroke.first, stroke.last, stroke.sign, middle), pull) for stroke in strokes]
+    found = [_pull_numbers(trace.part(stroke.first, stroke.last, stroke.sign, middle), pull) for stroke in strokes]
     names = {name: each.unit for one in found for name, each in one.numbers.items()}
     values = {name: [one.numbers[name].value for one in found if name in one.numbers] for name in names}
     numbers = {name: mean_with_error(values[name], unit) for name, unit in names.items()} | numbers
@@ -196,7 +196,7 @@ SIGNIFICANT_DRIFT: Final = 3.0
 """Standard errors beyond which a slope that strokes have in common is a drift."""
 
 
-def drift_of(trace: Trace, strokes: Sequence[Stroke]) -> Measured:
+def common_drift(trace: Trace, strokes: Sequence[Stroke]) -> Measured:
     """Rate at which the forces of strokes of both signs grow together.
 
     It is fitted with friction and offset to means of the force from slip to slip, or over eighths of a stroke without slips. Of
@@ -243,22 +243,22 @@ def _is_triangle(force: Floats) -> bool:
     return bool(np.mean(np.abs(force) > 0.8 * high) < 0.5)
 
 
-def pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
+def _pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     """Numbers of one pull. The part after its end is left out."""
     averages = averaged(trace)
     end = end_of_pull(averages)
     if end * averages.width < FEWEST_POINTS:
-        return averaged_numbers(trace, averages, pull)
-    found = pull_numbers(trace.part(0, end * averages.width), pull)
+        return _averaged_numbers(trace, averages, pull)
+    found = _pull_numbers(trace.part(0, end * averages.width), pull)
     level = float(np.median(averages.trace.force[averages.slips[-1].trough :]))
     ends = TraceFlag("pull_ends", {"at": float(averages.trace.at[end]), "level": level, **_units(trace, pull)})
     return replace(found, flags=(ends, *found.flags))
 
 
-def averaged_numbers(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
+def _averaged_numbers(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
     at, force, slips = averages.trace.at, averages.trace.force, averages.slips
-    cut, flags = limits(trace.force), list(noise_flags(averages, pull))
-    if backward := turned(at, slips):
+    cut, flags = limits(trace.force), list(_noise_flags(averages, pull))
+    if backward := is_turned(at, slips):
         flags.append(TraceFlag("turned", {}))
         slips = []
     slides = keeps_sliding(averages._replace(slips=slips))
@@ -269,11 +269,11 @@ def averaged_numbers(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumb
     cycles = tuple(fitted.cycles)
     numbers: dict[str, Measured] = {}
     if cycles:
-        numbers = cycle_numbers(fitted, pull.unit, "s" if trace.over == "time" else "m")
+        numbers = _cycle_numbers(fitted, pull.unit, "s" if trace.over == "time" else "m")
         numbers |= mean_of_cycles(at, force, [cycle.start for cycle in cycles], pull.unit, fitted.together())
     elif whole:
         numbers = _of_samples(at, force, [slips[number] for number in whole], pull.unit, trace.over)
-    flags += fit_flags(averages, fitted, pull)
+    flags += _fit_flags(averages, fitted, pull)
     if slides and not backward:
         numbers |= _sliding(trace, averages._replace(slips=slips), pull, flags)
         rates = rates[:1] or ramp(at, force, float(np.median(force)))
@@ -291,7 +291,7 @@ def averaged_numbers(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumb
     if rates:
         numbers |= _stiffness(trace, pull.newtons * np.array(rates[1:] or rates), pull.velocity, pull.load)
     if any(cut):
-        numbers = numbers_within_limits(numbers, cut, np.array([force[slip.peak] for slip in slips]), pull.unit)
+        numbers = _numbers_within_limits(numbers, cut, np.array([force[slip.peak] for slip in slips]), pull.unit)
         flags = [TraceFlag("sensor_limit", {"low": cut.low, "high": cut.high})]
     if not (FRICTIONS & numbers.keys() or SILENCING & {flag.name for flag in flags}):
         flags.append(TraceFlag("no_friction", {}))
@@ -303,7 +303,7 @@ def _decays(force: Floats, slips: Sequence[TraceSlip]) -> bool:
     return bool((np.diff(force[[slip.peak for slip in slips]]) < 0.0).all())
 
 
-def numbers_within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Floats, unit: str) -> dict[str, Measured]:
+def _numbers_within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Floats, unit: str) -> dict[str, Measured]:
     """The numbers that do not need the forces beyond a sensor's limit; μ_s is then the mean of the largest samples."""
     kept = {name: numbers[name] for name in ("stick_slip_period",) if name in numbers}
     return kept if cut.high or not len(peaks) else {"static_friction": mean_with_error(peaks, unit), **kept}
@@ -372,7 +372,7 @@ def _units(trace: Trace, pull: _Pull) -> dict[str, float | str]:
     return {"unit": "" if pull.unit == "1" else f" {pull.unit}", "over": "s" if trace.over == "time" else "m"}
 
 
-def cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Measured]:
+def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Measured]:
     """Numbers of the chosen cycles. The time to the second slip is none of the others': the first starts from rest.
 
     free: the same, each with a damping of its own. What is not known of the damping that all have shifts them together, and it is
@@ -409,7 +409,7 @@ def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dic
     return {"rising_stiffness" if far else "rising_rate": mean_with_error(rates / per, f"{force}{over}-1")}
 
 
-def noise_flags(averages: Averaged, pull: _Pull) -> Iterator[TraceFlag]:
+def _noise_flags(averages: Averaged, pull: _Pull) -> Iterator[TraceFlag]:
     """Flags of the samples."""
     force, begins, units = averages.trace.force, float(averages.trace.force[0]), _units(averages.trace, pull)
     if averages.width > 1:
@@ -420,7 +420,7 @@ def noise_flags(averages: Averaged, pull: _Pull) -> Iterator[TraceFlag]:
         yield TraceFlag("noise", {"least": NOISE * averages.noise, **units})
 
 
-def fit_flags(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterator[TraceFlag]:
+def _fit_flags(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterator[TraceFlag]:
     """Flags of the cycles."""
     cycles, units = fitted.cycles, _units(averages.trace, pull)
     if fitted.unlike:

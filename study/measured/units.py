@@ -11,7 +11,7 @@ from typing import Any
 def convert(number: str, unit: str, into: str) -> Decimal:
     """A number with a unit, in another unit. Raises what pint raises: AttributeError, TypeError, ValueError, ArithmeticError."""
     try:
-        found: Decimal = registry().Quantity(Decimal(number), pint_unit(unit)).to(pint_unit(into)).magnitude
+        found: Decimal = registry().Quantity(Decimal(number), _pint_unit(unit)).to(_pint_unit(into)).magnitude
     except (AssertionError, LookupError, SyntaxError, TokenError):  # of its parser, for "N/", "nm0", "mm)"
         raise ValueError(f"{unit!r}: no unit") from None
     return found
@@ -33,7 +33,7 @@ def registry() -> Any:
     return pint.UnitRegistry(non_int_type=Decimal)
 
 
-def pint_unit(unit: str) -> str:
+def _pint_unit(unit: str) -> str:
     """A unit as pint reads it, from `m s-1`, `m/s` or `m·s^-1`."""
     powers = re.sub(r"(?<=[A-Za-zµμ])\^?(-?\d)", r"**\1", unit.strip())
     return re.sub(r"\s*([/*])\s*|\s*·\s*|\s+", lambda found: found[1] or "*", powers)

@@ -28,7 +28,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import PIECES, batches
 from nanoslip.solver.sliding.record import FIRST_CAPACITY, extend_record, farthest, off_the_slab, presliding_length
 from nanoslip.solver.sliding.validity import least_plateau
-from nanoslip.study.plan.task import Task, case_of, drive_of
+from nanoslip.study.plan.task import Task, task_case, task_drive
 
 # Rates: seconds on one core.
 
@@ -343,12 +343,12 @@ def _compliance(task: Task) -> Estimate:
 
 
 def _contact(task: Task) -> Estimate:
-    case = case_of(task)
+    case = task_case(task)
     return Estimate(task.ensemble.likely * touch_seconds(case), contact_bytes(case), 10.0 * case.slab.nodes)
 
 
 def _contacts(task: Task) -> Estimate:
-    case, (first, beyond) = case_of(task), task.contacts
+    case, (first, beyond) = task_case(task), task.contacts
     memory = sliding_bytes(case) + record_bytes(case) + 2.0 * _FLOAT * _PORTION
     return Estimate((beyond - first) * record_seconds(case), memory, _PORTION)
 
@@ -358,7 +358,7 @@ _PER_EVENT = 9.0  # numbers of a record
 
 
 def _record(task: Task) -> Estimate:
-    case, members = case_of(task), task.ensemble.likely
+    case, members = task_case(task), task.ensemble.likely
     if case.interface.contacts > 1:
         numbers = members * _PER_EVENT * PIECES
         inputs = members * len(batches(case.interface.contacts)) * _PORTION
@@ -372,20 +372,20 @@ def _record(task: Task) -> Estimate:
 
 def _path(task: Task) -> Estimate:
     """Each leg sets up its contact."""
-    case, events = case_of(task), _path_events(case_of(task))
+    case, events = task_case(task), _path_events(task_case(task))
     seconds = (path_length(case)[0] + 1) * touch_seconds(case) + _slide_seconds(case, events)
     numbers = 8.0 * events
     return Estimate(task.ensemble.likely * seconds, sliding_bytes(case) + _FLOAT * 3.0 * numbers, numbers)
 
 
 def _statistics(task: Task) -> Estimate:
-    events = task.ensemble.likely * estimate_sizes(case_of(task)).events
+    events = task.ensemble.likely * estimate_sizes(task_case(task)).events
     return Estimate(STATISTICS_SECONDS * math.cbrt(events), _FLOAT * _OF_A_SIZE * events, 800.0)
 
 
 def _states(task: Task) -> Estimate:
     """A record up to the last of its events; solving for the inside of the slab takes as long as condensing it."""
-    case, slab, last = case_of(task), task.slab, min(float(max(task.events)), estimate_sizes(case_of(task)).events)
+    case, slab, last = task_case(task), task.slab, min(float(max(task.events)), estimate_sizes(task_case(task)).events)
     seconds = touch_seconds(case) + (_slide_seconds(case, last) if last else 0.0)
     memory = sliding_bytes(case) if last else contact_bytes(case)
     if not task.subsurface:
@@ -395,7 +395,7 @@ def _states(task: Task) -> Estimate:
 
 
 def _drive(task: Task) -> Estimate:
-    case, drive = case_of(task), drive_of(task)
+    case, drive = task_case(task), task_drive(task)
     numbers = 5.0 * drive.samples  # twice that with the fit's columns, beside the record
     memory = _FLOAT * (2.0 * numbers + 16.0 * estimate_sizes(case).events)
     return Estimate(task.ensemble.likely * drive_seconds(drive, case, task.fitted, task.critical), memory, numbers)

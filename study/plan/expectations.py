@@ -30,7 +30,7 @@ from nanoslip.study.plan.cost import (
     path_length,
     record_bytes,
 )
-from nanoslip.study.plan.kinds import compliance_needs, required_kinds
+from nanoslip.study.plan.kinds import compliance_needs, task_kinds
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task, label_value
 
@@ -60,7 +60,7 @@ class Outlook(NamedTuple):
 
 def plan_outlook(plan: Plan) -> Outlook:
     """The outlook of a plan."""
-    kinds, masks, spans = required_kinds(plan.manifest), list[int](), list[float]()
+    kinds, masks, spans = task_kinds(plan.manifest), list[int](), list[float]()
     for case in (each.case for each in plan.cases):
         displacement = 0.0
         if case and "record" in kinds and limits_shear(case):
@@ -252,10 +252,10 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
     if memory_need(worst[0]) <= there:
         fitting = max(count for count in range(1, ranks) if memory_need(*worst[:count]) <= there)
         need, advice = memory_need(*worst[:ranks]), f"start at most {fitting}, or use more machines"
-        return (f"{path}: {ranks} ranks on one machine: {gigabytes_text(need, there)}: {advice}",)
+        return (f"{path}: {ranks} ranks on one machine: {_gigabytes_text(need, there)}: {advice}",)
     large = sum(memory_need(task) > there for task in tasks)
     named = worst[: min(large, NAMED_TASKS)]
-    lines = [f"{path}: {_named(task)}: {gigabytes_text(memory_need(task), there)}: {_advice(task)}" for task in named]
+    lines = [f"{path}: {_named(task)}: {_gigabytes_text(memory_need(task), there)}: {_advice(task)}" for task in named]
     if large > NAMED_TASKS:
         lines.append(f"{path}: {large - NAMED_TASKS} more tasks need more memory than this machine has")
     return tuple(lines)
@@ -277,7 +277,7 @@ def _named(task: Task) -> str:
     return task.label if size in task.label.split() else f"{task.label} {size}"
 
 
-def gigabytes_text(need: float, there: float) -> str:
+def _gigabytes_text(need: float, there: float) -> str:
     return f"needs about {need / 1e9:.3g} GB of memory, this machine has {there / 1e9:.3g} GB"
 
 

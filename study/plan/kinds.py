@@ -41,10 +41,10 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.plan.task import (
     Task,
     TaskResult,
-    case_of,
     contact_parameters,
     path_parameters,
     record_parameters,
+    task_case,
     task_key,
 )
 
@@ -120,7 +120,7 @@ def result_quantities(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
     return {key: quantity for key, quantity in found if quantity.along == along}
 
 
-def unrequested_names(kind: Kind, manifest: Manifest) -> frozenset[str]:
+def names_to_drop(kind: Kind, manifest: Manifest) -> frozenset[str]:
     """Names of the scalars and arrays of a kind's parts that a campaign does not request."""
     parts = (part for part in kind.parts if not part.wanted(manifest))
     return frozenset(name for part in parts for name in quantities(part.type, part.prefix))
@@ -162,7 +162,7 @@ def member_column(result: TaskResult, name: str, sample: str, member: int = 0) -
     return whole[begin : begin + int(rows[member])]
 
 
-def member_task(
+def _member_task(
     kind: str, physics: tuple[object, ...], case: Case, ensemble: Ensemble, scalars_only: bool, *inputs: str
 ) -> Task:
     """A task of all members of a case, that reads the compliance and these inputs; its key hashes these parameters."""
@@ -240,7 +240,7 @@ class RowsOfRecord:
 
 def contact_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
     """Initial contact of a case's members."""
-    return member_task("contact", contact_parameters(case), case, ensemble, scalars_only)
+    return _member_task("contact", contact_parameters(case), case, ensemble, scalars_only)
 
 
 def _contact_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
@@ -328,12 +328,12 @@ def record_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = 
 @lru_cache(maxsize=4)  # asked again by each of its drives
 def _record(case: Case, ensemble: Ensemble, scalars_only: bool) -> Task:
     contacts = (batch.key for batch in all_batches(case, own_ensemble("record", ensemble)[0]))
-    return member_task("record", record_parameters(case), case, ensemble, scalars_only, *contacts)
+    return _member_task("record", record_parameters(case), case, ensemble, scalars_only, *contacts)
 
 
 def record_scalars_task(record: Task) -> Task:
     """Task for the scalars of a friction record of another task; its result equals that of sliding for them alone."""
-    return replace(record_task(case_of(record), record.ensemble, scalars_only=True), needs=(record.key,), free=True)
+    return replace(record_task(task_case(record), record.ensemble, scalars_only=True), needs=(record.key,), free=True)
 
 
 def _record_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
@@ -375,7 +375,7 @@ RECORD: Final = Kind(
 
 def path_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
     """The paths of a case's members."""
-    return member_task("path", path_parameters(case), case, ensemble, scalars_only)
+    return _member_task("path", path_parameters(case), case, ensemble, scalars_only)
 
 
 def _path_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
@@ -491,7 +491,7 @@ def drive_task(
     record = record_task(case, ensemble)
     own, text = own_ensemble("drive", ensemble)
     marks = _marks(scalars=scalars_only, unfitted=not fitted, critical=critical)
-    key = task_key("drive", record.key, _text_of(drive), text, *marks)
+    key = task_key("drive", record.key, _key_text(drive), text, *marks)
     needs = (record.key, *(compliance_needs(case.slab) if own.within is not None or drive.memory else ()))
     return Task(
         key,
@@ -508,7 +508,7 @@ def drive_task(
 
 
 @lru_cache(maxsize=4096)  # a campaign has few drives and many cases
-def _text_of(drive: Drive) -> CanonicalText:
+def _key_text(drive: Drive) -> CanonicalText:
     settings = {item.name: getattr(drive, item.name) for item in fields(drive)}
     return CanonicalText(canonical_text({"type": type(drive).__name__, **settings}))
 
@@ -640,7 +640,7 @@ def _require_arrays(kind: Kind, parts: Iterable[PartContents], members: int, res
                 raise ValueError(f"{name} has another length along {sample}")
 
 
-def required_kinds(manifest: Manifest) -> frozenset[str]:
+def task_kinds(manifest: Manifest) -> frozenset[str]:
     """The kinds of task that this manifest needs."""
     return frozenset(kind.name for kind in KINDS.values() if kind.needed(manifest))
 

@@ -197,7 +197,7 @@ NOTHING_KNOWN: Final = (PENDING, *(ending.value for ending in UNDONE), Ending.NE
 """Outcomes of the machine, not of the physics: pending, out of time, out of memory, crashed, or waiting for such a task."""
 
 
-def after(kind: str, outcome: Outcome | None, found: Outcome | None) -> Outcome | None:
+def combine_outcomes(kind: str, outcome: Outcome | None, found: Outcome | None) -> Outcome | None:
     """Combine the outcome of a case with the outcome of one more task, of this kind.
 
     outcome: how it ended up to there. found: how the task did. None: not yet.
@@ -217,7 +217,7 @@ def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]
     outcome: Outcome | None = case.outcome
     for (kind, drive), key in plan.case_tasks[case.case_id].items():
         if not drive:
-            outcome = after(kind, outcome, outcomes.get(key))
+            outcome = combine_outcomes(kind, outcome, outcomes.get(key))
     return outcome
 
 

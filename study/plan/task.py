@@ -296,13 +296,13 @@ def list_dotted_fields(value: Any, prefix: str = "") -> Iterator[tuple[str, obje
             yield f"{prefix}{item.name}", part
 
 
-def case_of(task: Task) -> Case:
+def task_case(task: Task) -> Case:
     """The physics point of a task that has one, as all but a compliance do."""
     assert task.case is not None
     return task.case
 
 
-def drive_of(task: Task) -> Drive:
+def task_drive(task: Task) -> Drive:
     """Drive of the pin in a drive task."""
     assert task.drive is not None
     return task.drive

@@ -48,7 +48,7 @@ def wrap_sentence(text: str, width: int, first: str = INDENT, later: str = INDEN
 
     first, later: what the first line and the others begin with.
     """
-    joined = _TOGETHER.sub(lambda found: whole(found.group()), escape_controls(text))
+    joined = _TOGETHER.sub(lambda found: whole(found.group()), _escape_controls(text))
     lines = textwrap.wrap(
         joined, width, initial_indent=first, subsequent_indent=later, break_long_words=False, break_on_hyphens=False
     )
@@ -183,7 +183,7 @@ def _lines(lines: Iterable[str], style: str = "") -> Text:
     return Text("\n".join(lines), style)
 
 
-def escape_controls(text: str) -> str:
+def _escape_controls(text: str) -> str:
     """A text in which letters that terminals obey, or that are half of a letter, are escaped, but line breaks."""
     return "".join(x if x.isprintable() or x == "\n" or _plain(x) else ascii(x)[1:-1] for x in text)
 
@@ -213,7 +213,7 @@ def _has_width(found: Console) -> bool:
 def print_table(*tables: Table) -> None:
     """Print tables to standard output, between empty lines."""
     for each in tables:
-        header, *rows = (tuple(map(escape_controls, row)) for row in (each.header, *each.rows))
+        header, *rows = (tuple(map(_escape_controls, row)) for row in (each.header, *each.rows))
         console().print("", replace(each, header=header, rows=tuple(rows)), soft_wrap=True)
     console().print()
 

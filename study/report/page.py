@@ -115,7 +115,7 @@ def sizes_in_si(dataset: xr.Dataset) -> Iterator[str]:
             yield f"{capitalize_text(found.attrs['long_name'])}: {' to '.join(dict.fromkeys(ends))}"
 
 
-def left_out(dataset: xr.Dataset) -> Iterator[str]:
+def missing_groups(dataset: xr.Dataset) -> Iterator[str]:
     """Groups of runs and fits that the dataset does not have, a line each."""
     kept = {"record_id": ("Friction records", "plateau_mean"), "trajectory_id": ("Motions of pins", "drive_outcome")}
     for group, (words, asked) in kept.items():
@@ -258,7 +258,7 @@ def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
 
 
 def _not_shown(dataset: xr.Dataset, sections: Sequence[Section], rows: int) -> Iterator[str]:
-    yield from left_out(dataset)
+    yield from missing_groups(dataset)
     if rows > summary.MOST_ROWS:
         yield f"Table: the first {summary.MOST_ROWS} cases; the dataset has all."
     if any(picture.name.startswith(_THINNED) for section in sections for picture in section.pictures):

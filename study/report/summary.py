@@ -19,14 +19,22 @@ from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.load_path import Loops
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import SHARED_ERROR, quantities
-from nanoslip.solver.sliding.validity import advice_on, decode_flags
+from nanoslip.solver.sliding.validity import decode_flags, flag_advice
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import read_run
 from nanoslip.study.dataset.file import read_groups
 from nanoslip.study.dataset.table import CASE, CaseRows, case_rows, read_scales
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.figures.points import format_value, hyphenate, readable, symbol, symbol_with_unit, unit_text, worded
+from nanoslip.study.figures.points import (
+    format_value,
+    format_words,
+    hyphenate,
+    readable,
+    symbol,
+    symbol_with_unit,
+    unit_text,
+)
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value, as_written, compact, si_text
 from nanoslip.study.plan.expectations import flag_lines
@@ -107,7 +115,7 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
             others.setdefault("0 here", []).append(name)
         else:
             meaning, unit = _meaning_and_unit(case[name])
-            beside = [_in_si(case, name, unit), *(critical_condition(case) if name == CRITICAL else ())]
+            beside = [_in_si(case, name, unit), *(_critical_condition(case) if name == CRITICAL else ())]
             meaning += f" ({known})" if (known := "; ".join(filter(None, beside))) else ""
             rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), others
@@ -121,7 +129,7 @@ def ending_lines(case: xr.Dataset, brief: bool = False) -> Iterator[str]:
     for label, (ended, why) in _endings(case).items():
         if label == "drive" and ended == COMPLETED and CRITICAL in case:
             continue  # its message is about numbers of this one drive, which were not asked for
-        if not brief or (why and ended not in failed_outcomes(case)):
+        if not brief or (why and ended not in _failed_outcomes(case)):
             yield ": ".join(filter(None, (label, ended, why)))
     if "advice" in case and (advice := str(case["advice"].item())):
         yield f"advice: {advice}"
@@ -162,7 +170,7 @@ def _stroke_words(case: xr.Dataset) -> str:
 
 def failure_lines(case: xr.Dataset) -> Iterator[str]:
     """Outcomes that leave a case without its answer, with what to do."""
-    return (": ".join(filter(None, each)) for each in failed_outcomes(case).items())
+    return (": ".join(filter(None, each)) for each in _failed_outcomes(case).items())
 
 
 def _endings(case: xr.Dataset) -> dict[str, tuple[str, str]]:
@@ -172,7 +180,7 @@ def _endings(case: xr.Dataset) -> dict[str, tuple[str, str]]:
     return {label: (str(case[a.name].item()), str(case[b.name].item())) for label, (a, b, *_) in there.items()}
 
 
-def failed_outcomes(case: xr.Dataset) -> dict[str, str]:
+def _failed_outcomes(case: xr.Dataset) -> dict[str, str]:
     """Outcomes that leave a case without its answer, with their messages."""
     good = {COMPLETED, *([Ending.NO_SLIP.value] if "regime" in answered(case) else [])}
     return {ended: why for ended, why in reversed(_endings(case).values()) if ended not in good}
@@ -210,7 +218,7 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
     if error in values:
         return with_error(value, float(values[error])) + (_two_parts(values) if name == "static_friction" else "")
     if isinstance(value, str | bool):
-        return worded(case_rows(values, name).tallies(name)[0])
+        return format_words(case_rows(values, name).tallies(name)[0])
     if name in variables.counts() and value != round(value):
         return format_number(round(value, 0 if abs(value) >= FEW_COUNTED else 1), digits)
     return format_number(value, digits)
@@ -231,7 +239,7 @@ def _searches(values: xr.Dataset, name: str) -> Iterator[tuple[str, int]]:
             yield word.replace("_", " "), count
 
 
-def critical_condition(case: xr.Dataset) -> Iterator[str]:
+def _critical_condition(case: xr.Dataset) -> Iterator[str]:
     """Spring and starts of a critical velocity."""
     if "spring_stiffness" in case.coords:
         yield f"at {compact(float(case['spring_stiffness']), 'N/m')}"
@@ -246,7 +254,7 @@ def start_range(case: xr.Dataset, name: str) -> Iterator[str]:
         values, failed = starts[name].values, np.isnan(starts["time_stuck"].values)
         found.update(list(Ending)[code].value for code in starts["member_outcome"].values[np.isnan(values) & failed])
         if np.isfinite(values).any():
-            unit = as_written(variables.by_name()[name].units)
+            unit = as_written(variables.variables_by_name()[name].units)
             low, high = (compact(extreme(values), unit) for extreme in (np.nanmin, np.nanmax))
             yield f"single starts: {low} to {high}"
     yield from (f"{count} {word}" for word, count in found.items())
@@ -286,7 +294,7 @@ def _in_si(case: xr.Dataset, name: str, unit: str, error: xr.DataArray | None = 
 
 def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:
     """Meaning and unit of a number as it is declared, else as the dataset states them."""
-    if known := variables.by_name().get(str(each.name)):
+    if known := variables.variables_by_name().get(str(each.name)):
         return known.meaning, known.measure or readable(known.units)
     return str(each.attrs.get("long_name", each.name)), readable(str(each.attrs.get("units", "1")))
 
@@ -319,7 +327,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     asked = [name for name in (*main_numbers(dataset), "regime") if name in dataset]
     if "static_friction" in asked and "plateau_mean" in dataset and bool(dataset["static_friction"].isnull().any()):
         asked = list(dict.fromkeys((*asked, "plateau_mean")))  # the friction of a pin that never slips
-    there = (name for name in (*asked, *SHOWN) if name in dataset and not has_no_cycles(dataset, name))
+    there = (name for name in (*asked, *SHOWN) if name in dataset and not _has_no_cycles(dataset, name))
     columns = {name: SHOWN.get(name, symbol(name)) for name in there}
     numbers = {
         *columns,
@@ -344,7 +352,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     failed = set()
     for case in each_case(all_rows, most):
         ending, flags, message = _ending(case)
-        if ending not in _UNHURT and bool(_missed(case)) and not has_regime_answer(case).item():
+        if ending not in _UNHURT and bool(_has_missing_number(case)) and not _has_regime_answer(case).item():
             failed.add(len(rows))
         told = f"{ending}{flags if flagged else ''}{message if why else ''}"
         cells = (_text(case, name, 5) + variables.fewer(case, name) for name in columns)
@@ -354,7 +362,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
 
 
-def has_no_cycles(dataset: xr.Dataset, name: str) -> bool:
+def _has_no_cycles(dataset: xr.Dataset, name: str) -> bool:
     """True for a number of cycles where no path has any."""
     return name in quantities(Loops) and bool(dataset[name].isnull().all())
 
@@ -366,13 +374,13 @@ def main_numbers(dataset: xr.Dataset) -> list[str]:
         named = (*named, "static_friction", "kinetic_friction")
     elif "plateau_mean" in dataset:
         named = (*named, "plateau_mean")
-    elif "loss_per_cycle" in dataset and not has_no_cycles(dataset, "loss_per_cycle"):
+    elif "loss_per_cycle" in dataset and not _has_no_cycles(dataset, "loss_per_cycle"):
         named = (*named, "loss_per_cycle")
     critical = (CRITICAL,) if CRITICAL in dataset else ()
     return list(dict.fromkeys(filter(None, (*named, *critical))))
 
 
-def _missed(dataset: xr.Dataset) -> xr.DataArray:
+def _has_missing_number(dataset: xr.Dataset) -> xr.DataArray:
     """True if a requested number is missing: of [target], or μ_s of a drive with `max_slips`."""
     names = _target(dataset)[1]
     if not names and {"max_slips", "static_friction"} <= set(dataset.variables):
@@ -381,7 +389,7 @@ def _missed(dataset: xr.Dataset) -> xr.DataArray:
     return xr.DataArray(True) if len(missing) < max(len(names), 1) else functools.reduce(operator.or_, missing)
 
 
-def has_regime_answer(dataset: xr.Dataset) -> xr.DataArray:
+def _has_regime_answer(dataset: xr.Dataset) -> xr.DataArray:
     """True for drives whose regime is the answer without μ_s, unless [target] names numbers.
 
     A pin follows in micro slips, or sticks below a critical velocity that is known.
@@ -472,7 +480,7 @@ def _kinds(rows: CaseRows, run: str) -> list[str]:
 
 def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     """Numbers of cases, then drives by ending, each with True if it is a failure: failures first, the most frequent first."""
-    answered = has_regime_answer(dataset)
+    answered = _has_regime_answer(dataset)
     found = []
     for kind, (ending, *_) in variables.OUTCOMES.items():
         words = dataset[ending.name].values.ravel().tolist() if ending.name in dataset else []
@@ -494,13 +502,13 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
     asked: for cases that miss a requested number, else for the others. A remark of one that completed, as on a number that nobody
     requested, is no failure.
     """
-    lines, missed = dict[Hashable, str](), _missed(dataset) & ~has_regime_answer(dataset)
+    lines, missed = dict[Hashable, str](), _has_missing_number(dataset) & ~_has_regime_answer(dataset)
     lacking = missed & _without(dataset, main_numbers(dataset))
     for run, (outcome, message, *_) in variables.OUTCOMES.items():
         if outcome.name not in dataset:
             continue
         outcomes, rows = dataset[outcome.name], case_rows(dataset, outcome.name)
-        hurt, remarked = (_over(outcomes, each) for each in (missed, lacking))
+        hurt, remarked = (_outcome_masks(outcomes, each) for each in (missed, lacking))
         messages = rows.values(message.name).tolist()
         for ending, kind, found in _alike(rows, run):
             failed = remarked if ending in _UNHURT else hurt
@@ -512,7 +520,7 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
     return lines
 
 
-def _over(outcomes: xr.DataArray, which: xr.DataArray) -> NDArray[np.bool_]:
+def _outcome_masks(outcomes: xr.DataArray, which: xr.DataArray) -> NDArray[np.bool_]:
     """A mask of each outcome, in their order; True of all where it lies along other dimensions."""
     there = which if set(which.dims) <= set(outcomes.dims) else xr.DataArray(True)
     return np.asarray(xr.broadcast(there, outcomes)[0].transpose(*outcomes.dims).values.ravel(), np.bool_)
@@ -674,7 +682,7 @@ def error_lines(dataset: xr.Dataset, cost: str = "", most: int = 1, apart: Colle
             yield _line(case, name, f" ({place})" if place else "", error_parts(case, name, cost))
     mask = int(dataset[variables.VALIDITY.name].values.flat[0]) if variables.VALIDITY.name in dataset else 0
     if unresolved := [flag for flag in decode_flags(mask) if flag.unresolved]:
-        yield f"nodes miss part of what these numbers depend on: {advice_on(unresolved)}"
+        yield f"nodes miss part of what these numbers depend on: {flag_advice(unresolved)}"
 
 
 def _line(case: xr.Dataset, name: str, where: str, errors: list[Error]) -> str:

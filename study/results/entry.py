@@ -182,7 +182,7 @@ def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArr
         found = np.frombuffer(numbers, dtype, count, at) if count else np.empty(0, dtype)
         found.flags.writeable = False
         yield name, found.reshape(shape, order="F" if fortran else "C")
-        at += round_time(count * dtype.itemsize)
+        at += _round_time(count * dtype.itemsize)
 
 
 @lru_cache(maxsize=1024)  # most results say the same of themselves
@@ -205,10 +205,10 @@ def _json(content: object) -> bytes:
 
 
 def _filled(content: bytes, filling: bytes, before: int = 0) -> bytes:
-    return content + filling * (round_time(before + len(content)) - before - len(content))
+    return content + filling * (_round_time(before + len(content)) - before - len(content))
 
 
-def round_time(length: int) -> int:
+def _round_time(length: int) -> int:
     return -(-length // ALIGNED) * ALIGNED
 
 
@@ -297,7 +297,7 @@ UNUSABLE: Final = "unusable.txt"
 """File among the results with a line for each result that a version could not use."""
 
 
-def unusable_in(folder: Path) -> frozenset[str]:
+def unusable_lines(folder: Path) -> frozenset[str]:
     """The lines of all results here that a version could not use."""
     return frozenset(files.read_lines(folder / UNUSABLE))
 
@@ -486,7 +486,7 @@ class Logs:
         self._unread: dict[Path, list[Fault]] = {}
         self._seen: dict[Path, _Seen] = {}
         self._opened = lru_cache(_OPEN)(OpenFile)
-        self._unusable = unusable_in(folder)
+        self._unusable = unusable_lines(folder)
         self.places: dict[str, LocatedEntry] = {}
         """Key -> where its result is, as far as was looked."""
 
@@ -494,7 +494,7 @@ class Logs:
         """Read added results; damage is noted, except a torn end, which may still be written."""
         for path in self._paths():
             with suppress(FileNotFoundError):  # a run that goes on meanwhile has mended it
-                self.read_log_tail(path)
+                self._read_log_tail(path)
 
     def find(self, key: str) -> LocatedEntry | None:
         """Position of a task's result; None if no log holds it."""
@@ -504,7 +504,7 @@ class Logs:
 
     def mend(self) -> None:
         """Read, set aside what is damaged or could not be read; no other process may write. Raises OSError, ResultFormatError."""
-        for path, new in [(path, self.read_log_tail(path)) for path in self._paths()]:  # refused before any is changed
+        for path, new in [(path, self._read_log_tail(path)) for path in self._paths()]:  # refused before any is changed
             unread = {fault.begin: fault for fault in self._unread.pop(path, ())}
             if not (faults := [*unread.values(), *new]):
                 continue
@@ -575,7 +575,7 @@ class Logs:
             self._notice(f"{path}: {files.NO_FILE}, so no log of results{AGAIN}")
         return [path for path in found if path not in strange]
 
-    def read_log_tail(self, path: Path) -> list[Fault]:
+    def _read_log_tail(self, path: Path) -> list[Fault]:
         """Read the new part of a log, or all of a replaced one; returns damaged parts."""
         with os.fdopen(
             open_regular(path), "rb"

@@ -275,11 +275,11 @@ class Lease:
         """Put our file there where nothing is, or in the place of what is stale; whether that was done. Raises StoreError."""
         line = self._line()
         if not line:
-            return self.has_link(scratch, self._path)
+            return self._has_link(scratch, self._path)
         last = line[-1]
         if not _ended(last, scratch):
             raise StoreError(_BUSY.format(path=last.path, **_words(_owner(last))))
-        if not self.has_link(scratch, last.heir):
+        if not self._has_link(scratch, last.heir):
             return False
         now = self._line()
         if not now or now[-1].text != self._text:  # meanwhile another run has taken it over
@@ -298,7 +298,7 @@ class Lease:
             place = _opened(place.heir)
         return found
 
-    def has_link(self, scratch: Path, path: Path) -> bool:
+    def _has_link(self, scratch: Path, path: Path) -> bool:
         """True if our file now has this name; after a lost reply of the network the reported error may be wrong."""
         with suppress(FileExistsError):
             try:

@@ -17,7 +17,7 @@ from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.manifest.checker import read_text
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem, path_shown
 from nanoslip.study.run.launch import WARNING
-from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
+from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, quote_toml
 
 TEMPLATE = "job.sh.j2"
 PLANNED: Final = "plan"
@@ -64,7 +64,7 @@ class Site:
     def __post_init__(self) -> None:
         needs = {each.name: _need(each.name, getattr(self, each.name), type(each.default)) for each in fields(self)}
         if not needs["time"] + needs["warning"] and self.warning >= parse_time_limit(self.time):
-            needs["warning"] = f"less than time = {shown(self.time)}"
+            needs["warning"] = f"less than time = {quote_toml(self.time)}"
         problems = [Problem(Place(), name, getattr(self, name), need) for name, need in needs.items() if need]
         if problems:
             raise ManifestError(problems)

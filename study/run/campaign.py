@@ -17,9 +17,9 @@ from nanoslip.study.results.files import Shard, looks
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, RunTally, Watch
-from nanoslip.study.run.executor import Rest, drop_intermediates, given_up, unfinished_tasks
+from nanoslip.study.run.executor import Rest, drop_intermediates, keys_given_up, tasks_to_do
 from nanoslip.study.run.farm import Farm
-from nanoslip.study.run.journal import BEGUN, Journal, interrupted_keys, read_task_times
+from nanoslip.study.run.journal import BEGUN, Journal, long_task_keys, read_task_times
 from nanoslip.study.run.warm_up import WarmUp, miniatures
 
 # The cases of a shard, and which of their tasks it skips: blocks of neighbours that cost about the same.
@@ -100,7 +100,7 @@ KILLED: Final = (
 
 def blame(plan: Plan, store: Store, journal: Journal, into: Path) -> None:
     """Record tasks interrupted by the last run as failed, permanently at the second time."""
-    if keys := interrupted_keys(into).difference(store.inventory()):
+    if keys := long_task_keys(into).difference(store.inventory()):
         before = store.failures()
         for task in plan.tasks:
             failure = before.get(task.key)
@@ -147,7 +147,7 @@ def compute_campaign(
     Raises ShortageError, FarmError, StoreError if no result can be kept any more, UnfinishedError.
     """
     store = Store(journal.out)
-    rest = remaining_tasks(plan, store, out or journal.out, journal, warn, **again)
+    rest = _remaining_tasks(plan, store, out or journal.out, journal, warn, **again)
     if rest.tasks:
         farm.load(len(rest.tasks))
     try:
@@ -159,20 +159,20 @@ def compute_campaign(
     return Ended(store, failed, len(rest.given_up))
 
 
-def remaining_tasks(plan: Plan, store: Store, out: Path, journal: Journal, warn: Warn, **again: bool) -> Rest:
+def _remaining_tasks(plan: Plan, store: Store, out: Path, journal: Journal, warn: Warn, **again: bool) -> Rest:
     """Remaining tasks of a plan, after merging existing shards. Requires the lease of the folder. Raises StoreError."""
     store.prepare()
     blame(plan, store, journal, journal.out)
     if journal.out != out:  # a shard looks at what was merged, too
         merged = Store(out)
         failures = {**merged.failures(), **store.failures()}
-        untried = given_up(failures, again.get("retry", False))
+        untried = keys_given_up(failures, again.get("retry", False))
         finished = skippable_tasks(plan, store.inventory(), merged.inventory(), untried)
     else:
         for problem in merge_shards(out):
             warn(problem)
         finished, failures = store.inventory(), dict(store.failures())
-    return unfinished_tasks(plan, failures, finished, **again)
+    return tasks_to_do(plan, failures, finished, **again)
 
 
 def _compute(

@@ -46,7 +46,7 @@ def main(descriptor: int, last_words: int) -> None:
     for each in SIGNALS:  # a terminal sends them to all; what they mean is decided by the process that hands out
         signal.signal(each, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
-    _end_with(os.getppid())
+    _die_with_parent(os.getppid())
     with suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text(_VICTIM)
     faulthandler.enable(last_words)
@@ -89,7 +89,7 @@ def _other_software(where: Worker, different: Mapping[str, tuple[str, str]]) -> 
     return FarmError(f"{where} has other software than the run began with: {', '.join(pairs)}; it computes nothing")
 
 
-def _end_with(parent: int) -> None:
+def _die_with_parent(parent: int) -> None:
     """Have the kernel kill this process when that one ends, however deep it is in a kernel; Linux only."""
     with suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)

@@ -17,14 +17,14 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import contact_summary
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.regime import CriticalVelocity, StickSlipCount, count_sticks
 from nanoslip.solver.dynamics.result import DynamicsResult, ending_parameter
 from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
 from nanoslip.solver.effects import SPARED, LeftOut
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, stiffness_of_node, surface_compliance
 from nanoslip.solver.elasticity.fields import InteriorFields
-from nanoslip.solver.ensemble import Ensemble, needed, omission_error
+from nanoslip.solver.ensemble import Ensemble, fewest_members, omission_error
 from nanoslip.solver.last import cache_last
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
@@ -33,10 +33,10 @@ from nanoslip.solver.sliding.interface import Portion
 from nanoslip.solver.sliding.plateau import (
     Plateau,
     event_drift_error,
+    extreme_error,
+    plateau_error,
     plateau_of,
     repeats,
-    shared_by_length,
-    shared_error,
 )
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import event_distributions
@@ -46,7 +46,7 @@ from nanoslip.solver.sliding.statistics import collective, event_statistics, nod
 from nanoslip.solver.sliding.validity import Validity, contact_half_width, contact_validity, record_validity
 from nanoslip.study.origin import computing_origin, stemming
 from nanoslip.study.plan import kinds
-from nanoslip.study.plan.task import Inputs, Task, TaskResult, case_of, drive_of
+from nanoslip.study.plan.task import Inputs, Task, TaskResult, task_case, task_drive
 
 PartOfResult = TypeVar("PartOfResult")
 
@@ -121,7 +121,7 @@ class Computed:
     """Arrays that are in no part."""
 
 
-def computed_members(
+def compute_members(
     kind: kinds.Kind,
     task: Task,
     compute: Callable[[Case, int], Member],
@@ -137,7 +137,7 @@ def computed_members(
 
     def tried(number: int) -> Member:
         try:
-            return compute(ensemble.case(case_of(task), number), number)
+            return compute(ensemble.case(task_case(task), number), number)
         except SolverError as error:
             return Member((), error.outcome)
 
@@ -145,18 +145,18 @@ def computed_members(
         found += map(tried, range(len(found), size))
         if ensemble.within is not None:
             target = replace(ensemble, within=ensemble.within - spent())
-            if all(target.meets_target(*each) for each in target_values(kind, target, found)):
+            if all(target.meets_target(*each) for each in _target_values(kind, target, found)):
                 break
     return tuple(found)
 
 
 def largest_change(kind: kinds.Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
     """`omission_error` what members leave out, of the observable of an ensemble's target in which it is largest."""
-    each = (target_values(kind, ensemble, members) for members in (without, whole))
+    each = (_target_values(kind, ensemble, members) for members in (without, whole))
     return max(omission_error(fewer, all_of_it) for (fewer, *_), (all_of_it, *_) in zip(*each, strict=True))
 
 
-def target_values(
+def _target_values(
     kind: kinds.Kind, ensemble: Ensemble, members: Sequence[Member]
 ) -> list[tuple[list[float | int], float]]:
     """Values of the members, and the error that they share, of each number of this kind in an ensemble's target."""
@@ -194,7 +194,7 @@ def _scalars(kind: kinds.Kind, members: Sequence[Member]) -> dict[str, list[floa
         for name, key, words in _held(part) if one is not None else ():
             if not isinstance(getattr(one, name), _NO_SCALARS):
                 found[key] = [
-                    math.nan if value is None else encode_word(getattr(value, name), words) for value in values
+                    math.nan if value is None else _encode_word(getattr(value, name), words) for value in values
                 ]
     for number, member in enumerate(members):
         if member.only is not None:
@@ -203,7 +203,7 @@ def _scalars(kind: kinds.Kind, members: Sequence[Member]) -> dict[str, list[floa
                 found[key][number] = math.nan
     for key, each in _sharing(kind):
         if key in found:
-            found[f"{key}{SHARED_ERROR}"] = [shared_member_error(key, each, members, found[key])] * len(members)
+            found[f"{key}{SHARED_ERROR}"] = [_shared_member_error(key, each, members, found[key])] * len(members)
     return found
 
 
@@ -217,7 +217,7 @@ def _sharing(kind: kinds.Kind) -> list[tuple[str, Quantity]]:
     return [(key, each) for key, each in kinds.result_quantities(kind).items() if each.shared]
 
 
-def shared_member_error(key: str, quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
+def _shared_member_error(key: str, quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
     """The error of a mean that all members share; NaN where fewer than two have a value, and where it is not known."""
     having = [(member, value) for member, value in zip(members, values, strict=True) if math.isfinite(value)]
     if len(having) < 2 or any(key in member.repetitions for member, _ in having):
@@ -228,12 +228,12 @@ def shared_member_error(key: str, quantity: Quantity, members: Sequence[Member],
     plateaus = [member.plateau for member, _ in having if member.plateau]
     if quantity.shared == "length":
         halves = [member.halves.get(key, math.nan) for member, _ in having]
-        return shared_by_length([value - half for (_, value), half in zip(having, halves, strict=True)])
+        return extreme_error([value - half for (_, value), half in zip(having, halves, strict=True)])
     if quantity.shared == "repetition":
         return 0.0
     if quantity.shared == "events":
         return event_drift_error(plateaus) * abs(math.fsum(value for _, value in having)) / len(having)
-    return shared_error(plateaus)
+    return plateau_error(plateaus)
 
 
 def _arrays(kind: kinds.Kind, member: Member) -> dict[str, NDArray[Any]]:
@@ -251,7 +251,7 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
     if len({*members}) < 2:
         return members[0] if members else COMPLETED
     failed = Counter(each.ending for each in members if not each.ok)
-    enough = len(members) - failed.total() >= needed(len(members))
+    enough = len(members) - failed.total() >= fewest_members(len(members))
     ending = Ending.COMPLETED if enough else failed.most_common(1)[0][0]
     speaking = [each for each in members if each.message]
     first = {each.ending: each for each in reversed(speaking)}
@@ -276,7 +276,7 @@ def _held(part: kinds.Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
     return tuple((name, key, each.words if each else ()) for name, key, each in held)
 
 
-def encode_word(value: Any, words: tuple[str, ...]) -> Any:
+def _encode_word(value: Any, words: tuple[str, ...]) -> Any:
     """Encode a text as its position among the words, None as NaN; a number stays."""
     return value if not words else math.nan if value is None else words.index(value)
 
@@ -295,7 +295,7 @@ def whole_again(kind: type[PartOfResult], result: TaskResult, member: int = 0, p
     return make(**{item.name: held[f"{prefix}{item.name}"] for item in fields(make)})  # type: ignore[no-any-return]
 
 
-def compliance_of(task: Task, inputs: Inputs) -> Compliance:
+def task_compliance(task: Task, inputs: Inputs) -> Compliance:
     """The compliance that a task needs; one of a surface without ends is no task of its own."""
     stored = [inputs[key] for key in task.needs if inputs[key].kind == "compliance"]
     return result_compliance(stored[0], task.slab) if stored else surface_compliance(task.slab)
@@ -315,7 +315,7 @@ def _compliance(task: Task, inputs: Inputs) -> Computed:
 
 
 def _contact(task: Task, inputs: Inputs) -> Computed:
-    compliance = compliance_of(task, inputs)
+    compliance = task_compliance(task, inputs)
     nodes = kinds.SurfaceNodes(np.zeros(len(compliance.x), np.int64), compliance.x)
 
     def compute(case: Case, number: int) -> Member:
@@ -323,7 +323,7 @@ def _contact(task: Task, inputs: Inputs) -> Computed:
         across = kinds.RowsOfContact(state.y) if state.rows > 1 else None
         return Member((contact_validity(case, state), state, contact_summary(state), nodes, across), state.outcome)
 
-    return Computed(computed_members(kinds.CONTACT, task, compute))
+    return Computed(compute_members(kinds.CONTACT, task, compute))
 
 
 Recorded = tuple[FrictionRecord, Plateau]
@@ -331,20 +331,20 @@ Recorded = tuple[FrictionRecord, Plateau]
 
 
 def _contacts(task: Task, inputs: Inputs) -> Computed:
-    found = portion(case_of(task), compliance_of(task, inputs), *task.contacts, task.ensemble)
+    found = portion(task_case(task), task_compliance(task, inputs), *task.contacts, task.ensemble)
     return Computed((Member((found,), found.outcome),))
 
 
 def _record(task: Task, inputs: Inputs) -> Computed:
-    compliance = compliance_of(task, inputs)
+    compliance = task_compliance(task, inputs)
 
     def compute(case: Case, number: int) -> Member:
-        return computed_record(case, compliance, task.ensemble, inputs)
+        return compute_record(case, compliance, task.ensemble, inputs)
 
-    return Computed(computed_members(kinds.RECORD, task, compute))
+    return Computed(compute_members(kinds.RECORD, task, compute))
 
 
-def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs: Inputs) -> Member:
+def compute_record(case: Case, compliance: Compliance, places: Ensemble, inputs: Inputs) -> Member:
     """Record of one member, and all numbers that follow from it. inputs: computed batches of its contacts."""
     if case.interface.contacts > 1:
         tasks = list(kinds.member_batches(case, places))
@@ -371,7 +371,7 @@ def record_of_member(case: Case, compliance: Compliance, ensemble: Ensemble, num
     """The record of one member of a case, from its number. Raises SolverError if there is none."""
     return next(
         value
-        for value in computed_record(ensemble.case(case, number), compliance, ensemble, {}).values
+        for value in compute_record(ensemble.case(case, number), compliance, ensemble, {}).values
         if isinstance(value, FrictionRecord)
     )
 
@@ -397,7 +397,7 @@ def member_records(result: TaskResult) -> list[Recorded]:
 def _path(task: Task, inputs: Inputs) -> Computed:
     from nanoslip.solver.sliding.path import follow, leg_numbers, loops_of, path_line  # noqa: PLC0415  few scenes have paths
 
-    compliance = compliance_of(task, inputs)
+    compliance = task_compliance(task, inputs)
 
     def compute(case: Case, number: int) -> Member:
         path = follow(case, compliance)
@@ -407,7 +407,7 @@ def _path(task: Task, inputs: Inputs) -> Computed:
             return Member((), path.outcome)
         return Member(numbers, path.outcome, node=stiffness_of_node(compliance, path.start.contact))
 
-    return Computed(computed_members(kinds.PATH, task, compute))
+    return Computed(compute_members(kinds.PATH, task, compute))
 
 
 def _statistics(task: Task, inputs: Inputs) -> Computed:
@@ -415,8 +415,8 @@ def _statistics(task: Task, inputs: Inputs) -> Computed:
 
 
 def _states(task: Task, inputs: Inputs) -> Computed:
-    compliance = compliance_of(task, inputs)
-    states, outcome = states_at(case_of(task), compliance, task.events)
+    compliance = task_compliance(task, inputs)
+    states, outcome = states_at(task_case(task), compliance, task.events)
     if not states:
         return Computed((Member((), outcome),))
     beside: tuple[object, ...] = ()
@@ -443,7 +443,7 @@ class _Pulling:
     """A drive of a case: the first members with all effects, the others without unneeded ones."""
 
     def __init__(self, task: Task, inputs: Inputs) -> None:
-        self.task, self.inputs, self.drive = task, inputs, drive_of(task)
+        self.task, self.inputs, self.drive = task, inputs, task_drive(task)
         self.records = member_records(inputs[task.needs[0]])
         self.whole: list[Member] = []
         self.left_out = LeftOut("nothing", 0.0)
@@ -452,11 +452,11 @@ class _Pulling:
         """The motion of a member and what is measured in it."""
         if self.task.ensemble.within is not None and number == PAIRS:
             self._leave_out()
-        pulled = self.records[number] if number < len(self.records) else slide_member(case, self.task, self.inputs)
+        pulled = self.records[number] if number < len(self.records) else _slide_member(case, self.task, self.inputs)
         found = self._pulled(case, pulled, self.drive)
         if number < PAIRS:
             self.whole.append(found)
-        elif self.drive is not drive_of(self.task):
+        elif self.drive is not task_drive(self.task):
             return replace(found, only=(*self.task.ensemble.of, *quantities(LeftOut)))
         return found
 
@@ -466,7 +466,7 @@ class _Pulling:
         for effect in SPARED if ensemble.of else ():
             if effect.there(everything):
                 without = effect.without(everything)
-                alone = case_of(self.task)  # what is spared is no effect of a contact that is pulled over itself
+                alone = task_case(self.task)  # what is spared is no effect of a contact that is pulled over itself
                 fewer = [self._pulled(alone, pulled, without) for pulled in self.records[:PAIRS]]
                 error = largest_change(kinds.DRIVE, ensemble, fewer, self.whole)
                 if error <= 0.5 * (ensemble.within or 0.0):
@@ -482,8 +482,8 @@ class _Pulling:
             if drive.memory:
                 from nanoslip.solver.driven.contact_drive import pulling  # noqa: PLC0415  few scenes call for it
 
-                over = pulling(case, compliance_of(self.task, self.inputs), drive)
-            motion, coefficients = measured(record, plateau, drive, over)
+                over = pulling(case, task_compliance(self.task, self.inputs), drive)
+            motion, coefficients = measure_motion(record, plateau, drive, over)
         except SolverError as error:
             return Member((), error.outcome)
         fit = fit_stick_slip(motion, drive, record.normal_load) if self.task.fitted else None
@@ -498,11 +498,11 @@ class _Pulling:
         longer = bool(count.unsettled) and ending_parameter(motion, drive) == "duration"
         outcome = coefficients.outcome.adding(Outcome(Ending.COMPLETED, count.unsettled, longer))
         values = (coefficients, fit, count, critical, motion)
-        repetitions = repetitions_in(motion, count, plateau)
+        repetitions = repetition_numbers(motion, count, plateau)
         return Member(values, outcome, plateau=plateau, halves=halves, repetitions=repetitions)
 
 
-def repetitions_in(motion: DynamicsResult, count: StickSlipCount, plateau: Plateau) -> tuple[str, ...]:
+def repetition_numbers(motion: DynamicsResult, count: StickSlipCount, plateau: Plateau) -> tuple[str, ...]:
     """The numbers of a drive that the repetition of its record decides, where it goes beyond the record's end.
 
     A pin that slides vibrates with the period of the repetition, however long the record is.
@@ -530,15 +530,15 @@ PAIRS: Final = 2
 def _drive(task: Task, inputs: Inputs) -> Computed:
     pulling = _Pulling(task, inputs)
     there = len(pulling.records)
-    found = computed_members(kinds.DRIVE, task, pulling.member, there, lambda: pulling.left_out.left_out_error)
+    found = compute_members(kinds.DRIVE, task, pulling.member, there, lambda: pulling.left_out.left_out_error)
     if task.ensemble.within is not None:
         found = tuple(replace(each, values=(*each.values, pulling.left_out)) if each.values else each for each in found)
     return Computed(found)
 
 
-def slide_member(case: Case, task: Task, inputs: Inputs) -> Recorded:
+def _slide_member(case: Case, task: Task, inputs: Inputs) -> Recorded:
     """The record of a member that has none yet."""
-    member = computed_record(case, compliance_of(task, inputs), task.ensemble, {})
+    member = compute_record(case, task_compliance(task, inputs), task.ensemble, {})
     record, plateau = member.part(FrictionRecord), member.plateau
     assert record is not None
     assert plateau is not None

@@ -113,7 +113,7 @@ class Rest:
     """Finished results of other software."""
 
 
-def unfinished_tasks(
+def tasks_to_do(
     plan: Plan,
     failures: Mapping[str, Attempt],
     finished: Mapping[str, Origins],
@@ -124,11 +124,11 @@ def unfinished_tasks(
     foreign = plan.foreign(finished)
     ours = finished.keys() - foreign.keys() if recompute_foreign else finished
     tasks = plan.remaining(ours)
-    tried = plan.possible(tasks, given_up(failures, retry).difference(ours), failures)
+    tried = plan.possible(tasks, keys_given_up(failures, retry).difference(ours), failures)
     keys = {task.key for task in tried}
     return Rest(tried, tuple(task for task in tasks if task.key not in keys), foreign)
 
 
-def given_up(failures: Mapping[str, Attempt], retry: bool = False) -> set[str]:
+def keys_given_up(failures: Mapping[str, Attempt], retry: bool = False) -> set[str]:
     """Keys of the tasks that a run does not try again without `retry`; empty with `retry`."""
     return {key for key, attempt in failures.items() if attempt.given_up and not retry}

@@ -252,7 +252,7 @@ class MPIFarm(Farm):
         """Receive messages from other ranks and from this one's child; wait a little if there are none."""
         done = self._agent.arrived()
         found: list[News] = [(0, done, ())] if done else []
-        for rank, message in self.receive_messages():
+        for rank, message in self._receive_messages():
             if message == TOLD_TO_STOP:
                 self.interruption.request()
             elif isinstance(message, Exception):
@@ -270,7 +270,7 @@ class MPIFarm(Farm):
         done: list[dispatch.Done] = []
         due, reported = 0.0, False
         while True:
-            messages = [message for _, message in self.receive_messages()]
+            messages = [message for _, message in self._receive_messages()]
             for message in messages:
                 if isinstance(message, int):
                     return message
@@ -330,7 +330,7 @@ class MPIFarm(Farm):
             self._sent.popleft()
         return len(self._sent)
 
-    def receive_messages(self) -> list[tuple[int, Any]]:
+    def _receive_messages(self) -> list[tuple[int, Any]]:
         """All messages that have arrived, each with the rank that sent it."""
         status, found = self._mpi.Status(), []
         while self._world.iprobe(source=self._mpi.ANY_SOURCE, tag=self._mpi.ANY_TAG, status=status):

@@ -167,7 +167,7 @@ class Journal(Watch):
             self._notice(problem)
 
 
-def interrupted_keys(out: Path) -> frozenset[str]:
+def long_task_keys(out: Path) -> frozenset[str]:
     """Keys of the long tasks that a run had in hand which was killed as a whole."""
     return frozenset(word for line in files.read_lines(out / BEGUN) for word in line.split())
 

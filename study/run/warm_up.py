@@ -24,7 +24,7 @@ from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study.notices import print_notice
 from nanoslip.study.plan.kinds import RECORD, compliance_task, contact_task, drive_task, record_task
-from nanoslip.study.plan.task import Task, TaskResult, case_of
+from nanoslip.study.plan.task import Task, TaskResult, task_case
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.compute import Member, member_numbers, run_task
@@ -42,14 +42,14 @@ def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Small tasks that run every kernel of these tasks; a drive's needs no more than `make_record`."""
     found: dict[str, Task] = {}
     for (*_, choices), task in {
-        (task.kind, str(_shape(task.case)), compiling_choices(task)): task for task in tasks
+        (task.kind, str(_shape(task.case)), _compiling_choices(task)): task for task in tasks
     }.items():
         with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
             found |= {each.key: each for each in _small(task, dict(choices))}
     return tuple(found.values())
 
 
-def compiling_choices(task: Task) -> tuple[tuple[str, object], ...]:
+def _compiling_choices(task: Task) -> tuple[tuple[str, object], ...]:
     """Words and switches of a task's drive, or of its case: they decide which kernels run, the numbers do not.
 
     The slab's are left out: of a compliance `_shape` has all that kernels know.
@@ -69,7 +69,7 @@ def _shape(case: Case | None) -> dict[str, object]:
 
 def _small(task: Task, choices: Mapping[str, object]) -> list[Task]:
     if task.drive is not None:
-        return [_short(task.drive, case_of(task) if task.drive.memory else _SMALL)]
+        return [_short(task.drive, task_case(task) if task.drive.memory else _SMALL)]
     if task.case is None:
         return []
     case = Case.of({**_NUMBERS, **choices, **_shape(task.case)})
@@ -159,7 +159,7 @@ class WarmUp:
                         beside[0].give([WarmUp(tuple(drives), alone=True)])
 
             stack.enter_context(reporting_compilation(begin))
-            stack.enter_context(pausing_collection())
+            stack.enter_context(_pausing_collection())
             _compute(others, Path(folder))
             while any(agent.busy for agent in beside):
                 beside[0].arrived()
@@ -179,7 +179,7 @@ def _compute(tasks: Sequence[Task], folder: Path) -> None:
 
 
 @contextmanager
-def pausing_collection() -> Iterator[None]:
+def _pausing_collection() -> Iterator[None]:
     """Stop garbage collection, which takes an eighth of the time of a compiler that makes and keeps millions of objects."""
     enabled = gc.isenabled()
     gc.disable()

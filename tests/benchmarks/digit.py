@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.drive import Scales
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
 from nanoslip.solver.outcome import SolverError
@@ -96,7 +96,7 @@ def _member(case: Case, compliance: Compliance, length: float, number: int) -> t
     try:
         record = slide(Ensemble(USUAL_MEMBERS).case(long, number), compliance)
         plateau = plateau_of(record)
-        _, friction = measured(record, plateau, NamedDrive("paper").dimensionless(Scales()))
+        _, friction = measure_motion(record, plateau, NamedDrive("paper").dimensionless(Scales()))
     except SolverError:
         return math.nan, math.nan, math.nan
     return plateau.mean, friction.static_friction, friction.kinetic_friction

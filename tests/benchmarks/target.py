@@ -21,7 +21,7 @@ import numpy as np
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.ensemble import FEWEST, Ensemble, Mean, mean_of
 from nanoslip.solver.outcome import SolverError
@@ -243,7 +243,7 @@ def _member(case: Case, drives: Sequence[Drive], compliance: SurfaceCompliance) 
     plateau, found = plateau_of(record), []
     for drive in drives:
         try:
-            _, friction = measured(record, plateau, drive)
+            _, friction = measure_motion(record, plateau, drive)
             found.append({name: getattr(friction, name) for name in nothing})
         except SolverError:
             found.append(nothing)

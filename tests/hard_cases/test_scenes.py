@@ -28,7 +28,7 @@ from nanoslip.study.plan.expectations import memory_need
 from nanoslip.study.plan.kinds import member_column
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.run.compute import compliance_of, run_task
+from nanoslip.study.run.compute import run_task, task_compliance
 from tests.conftest import Command
 from tests.hard_cases.scenery import campaigns, driven_scenes, scenes, strong_scenes
 from tests.physics import assert_contact_laws, assert_friction_law
@@ -91,7 +91,7 @@ def check(text: str, folder: Path) -> str:
         first = next(iter(result.members), result.outcome)  # an ensemble is usable without its first member
         if task.kind == "record" and first.usable:
             assert task.case is not None
-            compliance = compliance_of(task, results)
+            compliance = task_compliance(task, results)
             case = task.ensemble.case(task.case, 0)
             record, end = slide_to_state(case, compliance)
             np.testing.assert_array_equal(record.force_after, member_column(result, "force_after", "event"))

@@ -176,9 +176,9 @@ def test_a_part_among_flat_parameters_is_refused():
 
 def test_declarations_are_found_by_type():
     assert list(of.declared(Toy)) == ["whole", "share", "length", "far", "word", "on", "points"]
-    assert of.settings_of(Toy, Other)["share"] == (Toy, Other)
-    assert of.choices_of(Literal["x", "y"] | None) == ("x", "y")
-    assert of.choices_of(float) == ()
+    assert of.family_settings(Toy, Other)["share"] == (Toy, Other)
+    assert of.field_choices(Literal["x", "y"] | None) == ("x", "y")
+    assert of.field_choices(float) == ()
 
 
 def test_a_member_of_a_family_is_made_of_flat_parameters_and_is_flat_again():

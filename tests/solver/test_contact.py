@@ -13,7 +13,7 @@ import pytest
 
 from nanoslip.solver.case import Case, Effects, InitialContact, PinShape, SlipRule
 from nanoslip.solver.contact import initial, normal
-from nanoslip.solver.contact.compiled_contact import compiled_contact
+from nanoslip.solver.contact.compiled_contact import compile_contact
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.normal import ContactSystem
 from nanoslip.solver.contact.pin import surface_from_pin
@@ -93,10 +93,10 @@ def test_slips_that_decide_the_contact_stay_within_the_first_window(scheme, pois
     compliance, windows = surface_compliance(case.slab), []
 
     def seen(*given):
-        windows.append((compiled := compiled_contact(*given)).window)
+        windows.append((compiled := compile_contact(*given)).window)
         return compiled
 
-    monkeypatch.setattr(initial, "compiled_contact", seen)
+    monkeypatch.setattr(initial, "compile_contact", seen)
     state = initial_contact(case, compliance)
     assert (state.outcome.ok, len(windows)) == (True, 1)
     assert len(windows[0]) < 257
@@ -162,7 +162,7 @@ def test_half_the_compliance_or_a_quarter_is_all_that_is_read(case, unread, monk
     matrix = COMPLIANCE.matrix.copy()
     for block in unread:
         matrix[block] = np.nan
-    monkeypatch.setattr(initial, "compiled_contact", None)
+    monkeypatch.setattr(initial, "compile_contact", None)
     found = initial_contact(case, SurfaceCompliance(matrix, SLAB))
     np.testing.assert_array_equal(found.nodal_force, initial_contact(case, COMPLIANCE).nodal_force)
     assert found.u.any() == case.effects.coupling
@@ -195,7 +195,7 @@ def test_a_set_found_by_borders_of_others_is_the_set_found_by_systems_of_its_own
 
 def test_held_frictionless_the_contact_is_that_without_friction_bit_by_bit(monkeypatch):
     """Nothing bears shear, so nothing slips, and no tableau is set up."""
-    monkeypatch.setattr(initial, "compiled_contact", None)
+    monkeypatch.setattr(initial, "compile_contact", None)
     held = initial_contact(replace(CASE, initial_contact="frictionless"), COMPLIANCE)
     free = initial_contact(FRICTIONLESS, COMPLIANCE)
     np.testing.assert_array_equal(held.nodal_force, free.nodal_force)
@@ -205,9 +205,9 @@ def test_held_frictionless_the_contact_is_that_without_friction_bit_by_bit(monke
 @pytest.mark.parametrize("start", [0.0, 0.3])
 def test_stuck_sets_that_were_looked_through_before_are_found_again_without_new_factors(start):
     case, own = replace(CASE, start=start), SurfaceCompliance(COMPLIANCE.matrix.copy(), SLAB)  # which may change
-    normal.previous_system.cache_clear()
+    normal._previous_system.cache_clear()
     found = [normal.normal_contact(case, compliance, stuck=True) for compliance in (COMPLIANCE, COMPLIANCE, own)]
-    seen = normal.previous_system.cache_info()
+    seen = normal._previous_system.cache_info()
     assert seen.misses == seen.hits > 0
     for again in found[1:]:
         np.testing.assert_array_equal(again.contact, found[0].contact)
@@ -254,10 +254,10 @@ def test_a_contact_that_is_set_up_again_is_the_same_whatever_was_done_to_the_fir
     """Its tableau is remembered, as slips and other cases begin with it, too; kernels change theirs in place."""
     contact, height = np.abs(np.arange(N) - 32) < 4, np.linspace(0.0, 1e-3, N)
     given = (contact, np.zeros(N), height, contact)
-    first, alone = (compiled_contact(CASE, each, *given).state for each in (COMPLIANCE, replace(COMPLIANCE)))
+    first, alone = (compile_contact(CASE, each, *given).state for each in (COMPLIANCE, replace(COMPLIANCE)))
     before = first.tableau.copy()
     first.tableau[:] = np.nan
-    for each in (alone, compiled_contact(CASE, COMPLIANCE, *given).state):
+    for each in (alone, compile_contact(CASE, COMPLIANCE, *given).state):
         assert each.tableau.tobytes() == before.tobytes()
         assert each.response.tobytes() == first.response.tobytes()
 
@@ -265,8 +265,8 @@ def test_a_contact_that_is_set_up_again_is_the_same_whatever_was_done_to_the_fir
 def test_a_compliance_that_may_change_is_looked_at_each_time():
     slab, contact, zero = Slab(n_x=9), np.arange(9) == 4, np.zeros(9)
     changing = replace(surface_compliance(slab), matrix=surface_compliance(slab).matrix.copy())
-    soft = compiled_contact(Case(slab=slab), changing, contact, zero, zero, contact)
+    soft = compile_contact(Case(slab=slab), changing, contact, zero, zero, contact)
     changing.matrix[:] *= 0.5
-    stiff = compiled_contact(Case(slab=slab), changing, contact, zero, zero, contact)
+    stiff = compile_contact(Case(slab=slab), changing, contact, zero, zero, contact)
     # Row and column of the node that is in contact hold its stiffness, less what the load asks for.
     np.testing.assert_allclose(stiff.state.tableau[4, 4], 2.0 * soft.state.tableau[4, 4], rtol=1e-12)

@@ -13,7 +13,7 @@ import pytest
 from nanoslip.solver.case import Case, Effects, Heterogeneity
 from nanoslip.solver.contact import convolved, normal
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
-from nanoslip.solver.contact.convolved import pressed
+from nanoslip.solver.contact.convolved import press_by_convolution
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.pin import make_pin, surface_from_pin
 from nanoslip.solver.elasticity.compliance import EndlessCompliance, SurfaceCompliance, surface_compliance
@@ -203,7 +203,7 @@ LOAD = 0.02
 
 
 def pressed_to(contact, precision=1e-14):
-    return pressed(CONVOLUTION, contact, HEIGHTS, np.where(contact, LOAD / contact.sum(), 0.0), precision)
+    return press_by_convolution(CONVOLUTION, contact, HEIGHTS, np.where(contact, LOAD / contact.sum(), 0.0), precision)
 
 
 @pytest.mark.parametrize("precision", [1e-14, 0.0])
@@ -234,5 +234,7 @@ def test_steps_do_not_grow_with_the_nodes(monkeypatch):
         x = np.linspace(-0.5, 0.5, n_x)
         contact = np.abs(x) < 0.3
         start = np.where(contact, LOAD / contact.sum(), 0.0)
-        pressed(surface_compliance(Slab(n_x=n_x, scheme="half_plane")).convolution, contact, x**2 / 2, start, 1e-13)
+        press_by_convolution(
+            surface_compliance(Slab(n_x=n_x, scheme="half_plane")).convolution, contact, x**2 / 2, start, 1e-13
+        )
     assert taken.count(16_385) <= 2 * taken.count(129) <= 40

@@ -11,10 +11,10 @@ import pytest
 
 import nanoslip
 from nanoslip.solver.dynamics.critical import RESOLUTION, STRIDE, STRIDES, boundary, critical_velocity
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.regime import SEARCHES, count_sticks
 from nanoslip.solver.ensemble import student
-from nanoslip.solver.sliding.plateau import shared_by_length, teeth
+from nanoslip.solver.sliding.plateau import extreme_error, teeth
 from nanoslip.study.dataset.variables import missing_error_reasons
 from tests.conftest import Main
 
@@ -63,7 +63,7 @@ def test_beyond_the_critical_velocity_a_pin_slides_and_before_it_sticks() -> Non
     regimes = []
     for factor in (2.0 ** (-1.0 / 128.0), 2.0):  # the lower end of the last bracket, and far above
         pulled = replace(drive, stage_velocity=found.critical_velocity * factor)
-        motion = replace(measured(record, plateau, pulled)[0], forgotten=True)  # its own, so near to the border
+        motion = replace(measure_motion(record, plateau, pulled)[0], forgotten=True)  # its own, so near to the border
         regimes.append(count_sticks(motion, pulled).regime)
     assert regimes[0] == "stick_slip"
     assert regimes[1] in ("slides", "micro_slip")
@@ -105,8 +105,8 @@ def test_of_a_short_record_it_has_no_error_and_of_a_longer_one_what_its_later_ha
         float(teeth(record).force(np.array([half.final_displacement]))[0]), rel=1e-9
     )
     assert half.highest_force == record.force_before[: len(half.displacement)].max() <= record.highest_force
-    assert shared_by_length([0.2, 0.4]) == pytest.approx(0.3 * student(2))
-    assert math.isnan(shared_by_length([0.2]))
+    assert extreme_error([0.2, 0.4]) == pytest.approx(0.3 * student(2))
+    assert math.isnan(extreme_error([0.2]))
     short = nanoslip.run({**CAMPAIGN, "limits": {"presliding": 4}, "outputs": {"fit": False, "critical": True}})
     assert np.isnan(short.critical_velocity_uncertainty.item())
     assert "records shorter than two node spacings" in missing_error_reasons(short.squeeze(), ["critical_velocity"])

@@ -16,7 +16,7 @@ from nanoslip.solver.parameter import quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import power_law, sizes
 from nanoslip.solver.sliding.plateau import plateau_of
-from nanoslip.solver.sliding.power_law import find_power_law, power_law_sizes, sorted_sizes
+from nanoslip.solver.sliding.power_law import find_power_law, power_law_sizes, sort_sizes
 from nanoslip.solver.sliding.sizes import event_distributions, event_sizes, pooled, rank_correlation, size_distribution
 from nanoslip.solver.sliding.slide import slide
 from tests.synthetic import LOAD, noisy_record, record_from
@@ -27,7 +27,7 @@ BOTH = pytest.mark.parametrize("discrete", [False, True])
 
 
 def sample(discrete, exponent, cutoff, count, seed):
-    return sorted_sizes(power_law_sizes(np.random.default_rng(seed), count, exponent, cutoff, discrete), discrete)
+    return sort_sizes(power_law_sizes(np.random.default_rng(seed), count, exponent, cutoff, discrete), discrete)
 
 
 def error_of(law):
@@ -86,7 +86,7 @@ def test_the_cutoff_is_found_where_sizes_below_it_are_otherwise(discrete):
     rng = np.random.default_rng(3)
     low = rng.integers(1, 20, 3000).astype(float) if discrete else rng.uniform(1.0, 20.0, 3000)
     drawn = np.concatenate((low, power_law_sizes(rng, 3000, 2.2, 20.0, discrete)))
-    law = find_power_law(sorted_sizes(drawn, discrete))
+    law = find_power_law(sort_sizes(drawn, discrete))
     assert 17.0 < law.cutoff < 30.0
     assert abs(law.exponent - 2.2) < 3.0 * error_of(law)
 
@@ -135,7 +135,7 @@ def test_power_laws_are_not_refused_more_often_than_chance_does(discrete):
 
 
 def test_exponential_sizes_are_refused_where_no_cutoff_hides_them():
-    drawn = sorted_sizes(1.0 + np.random.default_rng(4).exponential(1.0, 5000), False)
+    drawn = sort_sizes(1.0 + np.random.default_rng(4).exponential(1.0, 5000), False)
     assert goodness(drawn) < 0.1 or find_power_law(drawn).tail < 500  # a tail of a few hundred may pass
 
 
@@ -254,7 +254,7 @@ def test_the_uncertainty_of_an_exponent_holds_in_68_of_100(members, discrete, re
     for seed in range(200):
         rng = np.random.default_rng([seed, members])
         drawn = [np.repeat(power_law_sizes(rng, 200, 1.8, 1.0, discrete), repeated) for _ in range(members)]
-        law = find_power_law(sorted_sizes(np.concatenate(drawn), discrete))
+        law = find_power_law(sort_sizes(np.concatenate(drawn), discrete))
         exponent, uncertainty, _ = sizes.exponent_over_members(drawn, law.exponent, discrete)
         held += abs(exponent - 1.8) <= uncertainty
     assert LEVEL - 0.1 < held / 200 < LEVEL + 0.16

@@ -10,7 +10,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.driven import contact_drive
 from nanoslip.solver.driven.contact_drive import driven_contact, pulling
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.friction_limit import friction_limit_of
 from nanoslip.solver.dynamics.integrators import RK4, integrate
 from nanoslip.solver.elasticity.compliance import surface_compliance
@@ -158,7 +158,7 @@ def test_contacts_that_cannot_be_followed_are_refused(changes, key):
     drive = Drive.from_si(duration=0.01, memory=True)
     record = slide(case_of(), surface_compliance(case.slab))
     with pytest.raises(InvalidInput) as refused:
-        measured(record, plateau_of(record), drive, pulling(case, surface_compliance(case.slab), drive))
+        measure_motion(record, plateau_of(record), drive, pulling(case, surface_compliance(case.slab), drive))
     assert (refused.value.key, list(refused.value.beside)) == ("memory", [key])
 
 

@@ -16,7 +16,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics import integrators
 from nanoslip.solver.dynamics.coefficients import friction_coefficients
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.friction_limit import sawtooth
 from nanoslip.solver.dynamics.integrators import LEAST_TRAVEL, RK4, STIFFEST, Exact, disproportion, integrate
 from nanoslip.solver.dynamics.regime import count_sticks
@@ -102,7 +102,7 @@ def test_a_pin_too_heavy_to_swing_twice_has_no_kinetic_friction():
 def test_a_pin_that_its_damper_drags_is_pulled_over_its_record_not_until_its_lag_has_relaxed(damping_ratio):
     """c·V is above all friction: it never sticks, and its friction is what it is while the spring still stretches, for c/k."""
     drive = replace(PAPER, damping_ratio=damping_ratio, duration=None)
-    motion, found = measured(RECORD, PLATEAU, drive)
+    motion, found = measure_motion(RECORD, PLATEAU, drive)
     assert motion.end_time == pytest.approx(
         4.0 * (motion.settling_time + RECORD.final_displacement / drive.stage_velocity), rel=0.01
     )
@@ -133,7 +133,7 @@ def test_kinetic_friction_is_that_of_the_record_while_the_pin_still_rings_from_i
 def test_a_drive_without_duration_is_not_pulled_longer_than_its_segments_allow():
     """Its last motion and numbers stay, where twice as long would only meet the limit; what is missing names that."""
     drive = Drive(0.08913349, 0.1, 4.4306687e-6)  # its first slip is in the second half of its first time
-    whole, first = (measured(RECORD, PLATEAU, replace(drive, step_limit=limit)) for limit in (20_000_000, 10_000))
+    whole, first = (measure_motion(RECORD, PLATEAU, replace(drive, step_limit=limit)) for limit in (20_000_000, 10_000))
     assert whole[0].end_time == pytest.approx(2.0 * first[0].end_time)
     assert first[0].steps < 10_000 < 2 * first[0].steps
     assert first[1].outcome.ok
@@ -327,12 +327,12 @@ def test_an_amplitude_without_a_duration_is_that_of_two_hundred_periods(count):
             damping_ratio=chance.choice([0.02, 0.1, 0.3, 0.6]),
             samples=1,
         )
-        motion, friction = measured(RECORD, PLATEAU, drive)
+        motion, friction = measure_motion(RECORD, PLATEAU, drive)
         found = count_sticks(motion, drive)
         if found.regime == "slides" and not found.unsettled:
             known += 1
             longer = replace(drive, duration=200.0 * 2.0 * math.pi / math.sqrt(drive.spring_stiffness))
-            later, kinetic = measured(RECORD, PLATEAU, longer)
+            later, kinetic = measure_motion(RECORD, PLATEAU, longer)
             amplitude = count_sticks(later, longer).spring_force_amplitude
             assert found.spring_force_amplitude == pytest.approx(amplitude, rel=0.2, abs=1e-9 * LOAD)
             assert friction.static_friction == kinetic.static_friction
@@ -352,7 +352,7 @@ def test_no_regime_near_the_border_of_stick_slip_changes_within_two_hundred_peri
             drive = Drive(spring, damping_ratio, stage, samples=1)
             ramp = 2.0 * PLATEAU.mean * LOAD / spring / stage
             longer = replace(drive, duration=ramp + 200.0 * 2.0 * math.pi / math.sqrt(spring))
-            now, later = (count_sticks(measured(RECORD, PLATEAU, each)[0], each) for each in (drive, longer))
+            now, later = (count_sticks(measure_motion(RECORD, PLATEAU, each)[0], each) for each in (drive, longer))
             found.append(now.regime)
             assert now.regime in (None, later.regime), number
             assert (now.regime is None) <= np.isnan([now.spring_force_amplitude, now.stick_slip_period]).all()
@@ -364,7 +364,7 @@ def test_a_pin_over_a_limit_that_falls_to_zero_slides():
     """A node that drops all of its shear leaves no friction after any event, through which `linear` interpolates."""
     bare = replace(RECORD, force_after=np.zeros_like(RECORD.force_after))
     drive = Drive(25.0, 0.1, 8e-4, profile="linear")
-    motion, found = measured(bare, plateau_of(bare), drive)
+    motion, found = measure_motion(bare, plateau_of(bare), drive)
     assert found.kinetic_friction == 0.0
     assert count_sticks(motion, drive).regime == "slides"
 

@@ -16,7 +16,7 @@ from nanoslip.solver.ensemble import (
     FEWEST,
     LEVEL,
     Ensemble,
-    chance_of,
+    draw_start,
     elsewhere,
     jackknife,
     mean_of,
@@ -35,10 +35,10 @@ def test_one_member_is_the_case_as_it_stands_and_the_first_of_more_are_the_same(
 
 def test_starts_are_uniform_over_a_node_spacing():
     """Kolmogorov and Smirnov's test of 2000 starts: a chance of 1 % is beyond accident for numbers that never change."""
-    starts = np.array([chance_of(CASE, number)[0] for number in range(2000)])
+    starts = np.array([draw_start(CASE, number)[0] for number in range(2000)])
     assert scipy.stats.kstest(starts, "uniform").pvalue > 0.01
     shifted = [Ensemble(2000).case(CASE, number).start for number in range(100)]
-    assert shifted == [(0.25 + chance_of(CASE, number, 0.25, 0.0)[0]) % 1.0 for number in range(100)]
+    assert shifted == [(0.25 + draw_start(CASE, number, 0.25, 0.0)[0]) % 1.0 for number in range(100)]
 
 
 def test_members_of_cases_that_start_elsewhere_are_other_draws():
@@ -50,22 +50,22 @@ def test_members_of_cases_that_start_elsewhere_are_other_draws():
     for wave in (1, 2, 3):
         squares = np.abs(np.exp(2j * np.pi * wave * places).sum(axis=1)) ** 2 / 8
         assert squares.mean() == pytest.approx(1.0, abs=0.2)
-    assert chance_of(CASE, 3) == chance_of(replace(CASE, start=0.0), 3)
+    assert draw_start(CASE, 3) == draw_start(replace(CASE, start=0.0), 3)
 
 
 def test_start_and_place_are_the_first_uniform_numbers_of_their_generator():
     """Taken from numpy's raw stream, the one that is promised to stay the same."""
     words = struct.unpack("<4I", struct.pack("<2d", CASE.normal_load, CASE.radius))
     for number in range(50):
-        assert chance_of(CASE, number)[:2] == tuple(np.random.default_rng([number, CASE.slab.n_x, *words]).random(2))
+        assert draw_start(CASE, number)[:2] == tuple(np.random.default_rng([number, CASE.slab.n_x, *words]).random(2))
 
 
 def test_contacts_have_starts_of_their_own_and_drags_of_one_contact_the_same():
     """Independent from contact to contact; what differs by friction alone is compared from the same starts."""
-    assert chance_of(CASE, 0) != chance_of(replace(CASE, normal_load=2e-3), 0)
-    assert chance_of(CASE, 0) == chance_of(replace(CASE, intrinsic_friction=0.2, max_events=10), 0)
+    assert draw_start(CASE, 0) != draw_start(replace(CASE, normal_load=2e-3), 0)
+    assert draw_start(CASE, 0) == draw_start(replace(CASE, intrinsic_friction=0.2, max_events=10), 0)
     punch = replace(CASE, pin="flat_punch")
-    assert chance_of(punch, 0) == chance_of(replace(punch, radius=3.0), 0)
+    assert draw_start(punch, 0) == draw_start(replace(punch, radius=3.0), 0)
 
 
 def test_seeds_differ_only_where_something_is_drawn():

@@ -7,7 +7,7 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.friction_limit import (
     COARSE,
     FrictionLimit,
@@ -175,6 +175,6 @@ def test_coarse_teeth_hold_and_drag_a_pin_as_the_records_do(speed: float, compli
     record = slide(case, surface_compliance(case.slab))
     plateau = plateau_of(record)
     drive = Drive.from_si(stage_velocity=speed, surface_compliance=compliant, duration=1.0)
-    fine, few = (measured(record, plateau, replace(drive, profile=shape))[1] for shape in ("sawtooth", "coarse"))
+    fine, few = (measure_motion(record, plateau, replace(drive, profile=shape))[1] for shape in ("sawtooth", "coarse"))
     assert few.static_friction == pytest.approx(fine.static_friction, rel=1e-2)
     assert few.kinetic_friction == pytest.approx(fine.kinetic_friction, rel=3e-3)

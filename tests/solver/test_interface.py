@@ -19,11 +19,11 @@ from nanoslip import (
     plateau_of,
 )
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import Ending, SolverError
-from nanoslip.solver.sliding.interface import PIECES, batches, chances, compressions, contact_of
+from nanoslip.solver.sliding.interface import PIECES, batches, chances, compressions, interface_contact
 from nanoslip.solver.sliding.plateau import Teeth, teeth
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.slider import interface, portion, shares, slider
@@ -87,7 +87,7 @@ def test_a_slider_on_springs_moves_as_one_of_its_equal_contacts_on_one() -> None
         record = slider(interface_of(count), [part] * count).record
         pace = np.sqrt(count)
         drive = Drive(0.05 * count, 0.1, 2e-6 * pace, duration=4e3 / pace)
-        found[count] = measured(record, plateau_of(record), drive)[1]
+        found[count] = measure_motion(record, plateau_of(record), drive)[1]
     assert found[1].outcome.ok
     assert found[contacts].static_friction == pytest.approx(found[1].static_friction, rel=1e-9)
     assert found[contacts].kinetic_friction == pytest.approx(found[1].kinetic_friction, rel=1e-6)
@@ -116,7 +116,9 @@ def test_sum_is_exact_where_it_is_read_and_bounded_between(loads: str) -> None:
     found = interface(case, COMPLIANCE)
     end, each = found.record.final_displacement, shares(case, COMPLIANCE)
     records = [
-        teeth(slide(replace(contact_of(case, n, each[n]), max_presliding=None, max_displacement=end), COMPLIANCE))
+        teeth(
+            slide(replace(interface_contact(case, n, each[n]), max_presliding=None, max_displacement=end), COMPLIANCE)
+        )
         for n in range(5)
     ]
     np.testing.assert_allclose(
@@ -157,14 +159,14 @@ def test_contacts_are_drawn_independently() -> None:
     """Starts are uniform, of one interface and from one interface to another; nodes are the contact's own."""
     case = replace(CASE, heterogeneity=Heterogeneity(spread=0.1))
     members = [Ensemble(members=2).case(interface_of(500, case), member) for member in range(2)]
-    starts = [np.array([contact_of(member, n).start for n in range(500)]) for member in members]
+    starts = [np.array([interface_contact(member, n).start for n in range(500)]) for member in members]
     for each in starts:
         counts = np.histogram(each, 10, (0.0, 1.0))[0]
         assert ((counts - 50.0) ** 2 / 50.0).sum() < 27.9  # chi squared of 9 degrees of freedom: one in a thousand
     shifted = (starts[0] - starts[1]) % 1.0
     assert ((np.histogram(shifted, 10, (0.0, 1.0))[0] - 50.0) ** 2 / 50.0).sum() < 27.9
-    assert len({contact_of(member, n).heterogeneity.seed for member in members for n in range(500)}) == 1000
-    assert contact_of(members[0], 0) == replace(members[0], interface=Interface())
+    assert len({interface_contact(member, n).heterogeneity.seed for member in members for n in range(500)}) == 1000
+    assert interface_contact(members[0], 0) == replace(members[0], interface=Interface())
 
 
 def test_loads_are_exponential_and_their_mean_is_the_load() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity, SlipRule
-from nanoslip.solver.contact.compiled_contact import answer_violations, compiled_contact, correct_rounding
+from nanoslip.solver.contact.compiled_contact import answer_violations, compile_contact, correct_rounding
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, Stop, equilibrium_residual, refresh_response
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP, advise, energy_created
@@ -144,7 +144,7 @@ def test_advice_is_about_the_cause(changed, cause, advised):
 @pytest.fixture
 def one_node():
     slab, contact, zero = Slab(n_x=9), np.arange(9) == 4, np.zeros(9)
-    return compiled_contact(Case(slab=slab), surface_compliance(slab), contact, zero, zero, np.ones(9, dtype=bool))
+    return compile_contact(Case(slab=slab), surface_compliance(slab), contact, zero, zero, np.ones(9, dtype=bool))
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])

@@ -18,7 +18,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.path import loops_of
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_TYPES
-from nanoslip.solver.sliding.slide import followed, slide, slide_to_state
+from nanoslip.solver.sliding.slide import run_way, slide, slide_to_state
 from nanoslip.solver.sliding.way import Way
 from tests.mirror import mirrored
 from tests.physics import LIMITS, law_errors, stored_energy
@@ -55,7 +55,7 @@ def backward_and_mirrored(case, far):
     compliance = surface_compliance(case.slab)
     reach = replace(case, max_events=None, max_displacement=far)
     _, turn = slide_to_state(reach, compliance)
-    back = followed(case, compliance, turn, Way(W, Direction(-1.0, 0.0, -1), turn.displacement - 2 * far))
+    back = run_way(case, compliance, turn, Way(W, Direction(-1.0, 0.0, -1), turn.displacement - 2 * far))
     return back, slide_to_state(reach, compliance, mirrored(turn))
 
 

@@ -434,7 +434,7 @@ def test_after_first_touch_only_the_tangential_block_is_read(monkeypatch):
     matrix[:N, :N] = OF_WIDE.matrix[:N, :N]
     whole = slide(GOODMAN, OF_WIDE, start)
     monkeypatch.setattr(sliding, "initial_contact", None)
-    monkeypatch.setattr(full_contact, "compiled_contact", None)
+    monkeypatch.setattr(full_contact, "compile_contact", None)
     alone = slide(GOODMAN, SurfaceCompliance(matrix, WIDE), start)
     for name in ("displacement", "force_after", "node", "slips", "dissipated"):
         np.testing.assert_array_equal(getattr(alone, name), getattr(whole, name))

@@ -19,8 +19,8 @@ from nanoslip.solver.sliding.plateau import (
     RUN_IN,
     Plateau,
     event_drift_error,
+    plateau_error,
     plateau_of,
-    shared_error,
     teeth,
 )
 from nanoslip.solver.sliding.slide import slide
@@ -108,11 +108,11 @@ def test_drift_compares_whole_spacings_where_there_are_two():
 
 def test_starts_share_a_drift():
     drifting = [replace(plateau_of(noisy_record()), drift=0.02)] * 4
-    assert shared_error(drifting) == pytest.approx(0.01 * student(2), rel=1e-12)
+    assert plateau_error(drifting) == pytest.approx(0.01 * student(2), rel=1e-12)
     assert (
-        shared_error([replace(each, drift=drift) for each, drift in zip(drifting, (1, -1, 1, -1), strict=True)]) == 0.0
+        plateau_error([replace(each, drift=drift) for each, drift in zip(drifting, (1, -1, 1, -1), strict=True)]) == 0.0
     )
-    assert math.isnan(shared_error(drifting[:1]))
+    assert math.isnan(plateau_error(drifting[:1]))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from scipy.optimize import brentq, least_squares
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics import stick_slip as closed_form
-from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.integrators import integrate
 from nanoslip.solver.dynamics.stick_slip import MOST_FITTED_SAMPLES, MOST_SLIPS, Oscillator, fit_stick_slip, stick_slip
 from nanoslip.solver.simulate import drive_result
@@ -186,7 +186,7 @@ def test_no_other_start_finds_a_smaller_residual(count):
             spring_stiffness=10.0 ** chance.uniform(4.5, 5.5),
             samples=200,
         )
-        motion = measured(record, plateau, drive)[0]
+        motion = measure_motion(record, plateau, drive)[0]
         fit = fit_stick_slip(motion, drive, LOAD)
 
         def misfit(coefficients, motion=motion, drive=drive):

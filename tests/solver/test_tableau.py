@@ -26,7 +26,7 @@ ROUNDING = 1e-11
 def inverted(compliance, window, contact):
     """The tableau by the inverse of the contact's own compliance, without padding."""
     found = np.zeros((2 * len(window) + 1, 2 * len(window) + 1))
-    tableau.tableau(tableau.entries_of(compliance, window), contact, found)
+    tableau.tableau(tableau.window_entries(compliance, window), contact, found)
     return found
 
 
@@ -44,7 +44,7 @@ def test_a_contact_set_up_from_a_disc_has_the_tableau_of_its_own_inverse(scheme,
     compliance = compliance if coupled else compliance.decouple()
     random = np.random.default_rng(1)
     for nodes, moved in ((30.0, (0, 0)), (45.0, (-1, 2)), (20.0, (3, -3))):
-        disc = np.roll(tableau.disc_of(slab.n_x, nodes), moved, (0, 1))
+        disc = np.roll(tableau.node_disc(slab.n_x, nodes), moved, (0, 1))
         rim = np.flatnonzero(tableau.wider(disc).ravel() & ~disc.ravel())
         touching = disc.ravel().copy()
         touching[random.choice(rim, 2, replace=False)] = True
@@ -62,7 +62,7 @@ def test_what_is_not_nearly_a_disc_is_inverted_by_itself():
         touching = contact.ravel()[window]
         assert tableau.tableau_from_base(COMPLIANCE, window, touching, float(contact.sum())) is None
         half = tableau.zero_lines(2 * len(window) + 1)
-        tableau.tableau(tableau.entries_of(COMPLIANCE, window), touching, half, reciprocal=True)
+        tableau.tableau(tableau.window_entries(COMPLIANCE, window), touching, half, reciprocal=True)
         assert_same(half, inverted(COMPLIANCE, window, touching))
 
 

@@ -21,11 +21,11 @@ from nanoslip.solver.sliding.validity import (
     FLAGS,
     Flag,
     Validity,
-    advice_on,
     contact_flags,
     contact_half_width,
     decode_flags,
     encode_flags,
+    flag_advice,
     predict_flags,
     record_flags,
 )
@@ -240,9 +240,9 @@ def test_flags_are_bits_of_one_number():
     attrs = attributes(quantities(Validity)["validity_flags"])
     names = dict(zip(attrs["flag_masks"], attrs["flag_meanings"].split(), strict=True))
     assert names == {flag.mask: flag.name for flag in FLAGS}
-    assert advice_on(()) == ""
+    assert flag_advice(()) == ""
     assert (
-        advice_on(decode_flags(33)) == f"few_nodes: {Flag.few_nodes.advice}; large_strain: {Flag.large_strain.advice}"
+        flag_advice(decode_flags(33)) == f"few_nodes: {Flag.few_nodes.advice}; large_strain: {Flag.large_strain.advice}"
     )
 
 

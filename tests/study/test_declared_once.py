@@ -16,7 +16,7 @@ from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.collect import collect
-from nanoslip.study.dataset.file import loaded
+from nanoslip.study.dataset.file import load_dataset
 from nanoslip.study.dataset.variables import describe, rows
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds import KINDS
@@ -65,10 +65,12 @@ def slid(*given: Any) -> tuple[WithFalls, Any]:
 def declare(patch: pytest.MonkeyPatch, old: type, new: type) -> None:
     """As if the new dataclass stood where the old one does."""
     kind = KINDS["record"]
-    variables.by_name()  # what other modules remember of it is what is declared now
+    variables.variables_by_name()  # what other modules remember of it is what is declared now
     parts = tuple(part._replace(type=new) if part.type is old else part for part in kind.parts)
     patch.setitem(KINDS, "record", replace(kind, parts=parts))
-    patch.setattr(variables, "by_name", variables.by_name.__wrapped__)  # which remembers what was declared
+    patch.setattr(
+        variables, "variables_by_name", variables.variables_by_name.__wrapped__
+    )  # which remembers what was declared
 
 
 def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:
@@ -79,7 +81,7 @@ def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:
     compute(plan, store)
     file.write_netcdf(collect(plan, store), folder / file.FILE)
     with file.open_dataset(folder / file.FILE) as found:
-        return plan, store, loaded(found)
+        return plan, store, load_dataset(found)
 
 
 def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path, monkeypatch):

@@ -17,7 +17,7 @@ from nanoslip.study import api
 from nanoslip.study.accuracy.effects import scene_tasks, select_scenes
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
-from nanoslip.study.dataset.file import loaded
+from nanoslip.study.dataset.file import load_dataset
 from nanoslip.study.figures.shared import View
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.manifest.cases import expand, naming
@@ -55,7 +55,7 @@ def loops(tmp_path_factory):
     compute(plan, store)
     file.write_netcdf(collect(plan, store), folder / file.FILE)
     with file.open_dataset(folder / file.FILE) as found:
-        return loaded(found)
+        return load_dataset(found)
 
 
 def test_the_stiffness_of_a_path_has_the_error_that_its_starts_share() -> None:
@@ -269,6 +269,6 @@ def test_a_stroke_of_one_case_is_tried_and_drawn_within_80_columns(main, monkeyp
     assert code == 0
     assert "loss_per_cycle" in said
     if stroke == "1 um":
-        assert "1 μm end to end, ±500 nm" in said
+        assert "1 μm end to end, ±500 nm" in " ".join(said.split())
     assert max(map(len, said.splitlines())) <= 80
     assert said.count("┤") > 5

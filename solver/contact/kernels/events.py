@@ -204,7 +204,7 @@ def highest_ranked(cut: int, shifted: int, turned: int) -> int:
 
 
 @compiled(inline="always")
-def limited(shear: float, opposite: float) -> float:
+def limit_shear(shear: float, opposite: float) -> float:
     """Shear limited by friction: its magnitude, or its part along the drag (see `SlipConstants.opposite`)."""
     return max(shear, opposite * shear)
 
@@ -228,7 +228,7 @@ def worst_violation(
     cut, shifted, tension, turned = 0, 0, 0, reversing_bits(ahead)
     for i in range(len(active_friction)):
         # Normal entries are forces on the slab, so pressure is their negative.
-        size, allowed = limited(shear[i], opposite), node_strength[i] - active_friction[i] * normal[i]
+        size, allowed = limit_shear(shear[i], opposite), node_strength[i] - active_friction[i] * normal[i]
         # Where the limit is 0 or below, the tolerance keeps the ratio finite and in order of the shear.
         ratio = bits(size / max(allowed, tolerance))
         # `&`, as `and` is a branch, which keeps a loop from vector instructions. With μ_i above 1 a tension within the
@@ -302,7 +302,7 @@ CHANGES_PER_NODE = 20
 
 
 @compiled(inline="always")
-def refresh_is_downhill(state: KernelState, constants: KernelConstants) -> bool:
+def _refresh_is_downhill(state: KernelState, constants: KernelConstants) -> bool:
     """Sum the response afresh where that is due; whether energy has then come from a flank."""
     if state.scalars.slips_since_refresh < REFRESH_SLIPS:
         return False
@@ -351,7 +351,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         # Slipped off the edge of a punch; a parabola's half-width is infinite.
         if abs(xi + along) > constants.half_width[node]:
             return Stop.DONE, EventKind.RELEASE, node
-        if refresh_is_downhill(state, constants):
+        if _refresh_is_downhill(state, constants):
             return Stop.DOWNHILL, EventKind.NOTHING, -1
         node = -1
 
@@ -382,7 +382,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
         for i in range(n):
             # All distances are found before any node moves, so that the order of nodes does not matter.
             along[i] = 0.0
-            size = limited(y[i], opposite)
+            size = limit_shear(y[i], opposite)
             beyond = size + state.active_friction[i] * y[n + i] - state.node_strength[i]
             offends = size > tolerance and beyond > tolerance
             if offends or i in (first, worst):  # the worst one may offend by the rounding of the search alone
@@ -413,7 +413,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
                     left = i
         if left >= 0:
             return Stop.DONE, EventKind.RELEASE, left
-        if refresh_is_downhill(state, constants):
+        if _refresh_is_downhill(state, constants):
             return Stop.DOWNHILL, EventKind.NOTHING, -1
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.compiled import compiled
-from nanoslip.solver.contact.kernels.events import driven_downhill, limited, next_event, project_onto_pin, resolve
+from nanoslip.solver.contact.kernels.events import driven_downhill, limit_shear, next_event, project_onto_pin, resolve
 from nanoslip.solver.contact.kernels.state import (
     RESIDUAL_LIMIT,
     EventKind,
@@ -42,13 +42,13 @@ class Events(NamedTuple):
     load: Floats
 
 
-def number_type(column: Any) -> Any:
+def _number_type(column: Any) -> Any:
     """The type of an array's numbers: the innermost of its annotation, whose layers differ between versions of numpy."""
     inner = get_args(column)
-    return number_type(inner[-1]) if inner else column
+    return _number_type(inner[-1]) if inner else column
 
 
-_KINDS = [number_type(column) for column in Events.__annotations__.values()]
+_KINDS = [_number_type(column) for column in Events.__annotations__.values()]
 
 
 def empty_events(capacity: int) -> Events:
@@ -167,7 +167,7 @@ def overshoot(state: KernelState, opposite: float) -> float:
     n, total = len(state.x), 0.0
     for i in range(n):
         borne = state.node_strength[i] - state.active_friction[i] * state.response[n + i]
-        excess = limited(state.response[i], opposite) - borne
+        excess = limit_shear(state.response[i], opposite) - borne
         total += excess if excess > 0.0 else 0.0
     return total
 

@@ -261,7 +261,7 @@ def add_row(total: Floats, factor: float, row: Floats) -> None:
 
 
 @compiled()
-def move_along(total: Floats, step: float, rate: Floats) -> None:
+def advance_quantities(total: Floats, step: float, rate: Floats) -> None:
     """total += step·rate, in place, the product rounded, for quantities linear in the step."""
     for k in range(len(total)):
         total[k] += step * rate[k]
@@ -488,7 +488,7 @@ def advance_path(state: KernelState, step: float) -> None:
     moved, raised = step * scalars.pin_rate, step * scalars.load_rate
     # The last input is -W: this is the mean load over the step times the change of the approach.
     scalars.load_work += (0.5 * raised - state.inputs[last]) * step * state.rate[last]
-    move_along(state.response, step, state.rate)
+    advance_quantities(state.response, step, state.rate)
     for i in range(len(state.x)):
         if state.contact[i]:
             state.inputs[i] += moved
@@ -516,7 +516,7 @@ def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
 
 
 @compiled(fastmath={"reassoc"})
-def displacement_of_entry(compliances: Floats, forces: Floats) -> tuple[float, float]:
+def _displacement_of_entry(compliances: Floats, forces: Floats) -> tuple[float, float]:
     """Displacement of one entry by forces, and the sum of magnitudes, summed in any order, as ordered sums take several times as
     long as a pivot."""
     total, moved = 0.0, 0.0
@@ -531,16 +531,16 @@ def displacement_of_entry(compliances: Floats, forces: Floats) -> tuple[float, f
 def _displaced(matrix: Floats, plane: Plane | None, forces: Floats, seen: Floats) -> float:
     """Set the displacements by forces, (2n,); returns the largest sum of magnitudes."""
     if plane is not None:
-        return displace_on_plane(plane, forces, seen)
+        return _displace_on_plane(plane, forces, seen)
     largest = 0.0
     for row in range(len(seen)):
-        seen[row], moved = displacement_of_entry(matrix[row], forces)
+        seen[row], moved = _displacement_of_entry(matrix[row], forces)
         largest = max(largest, moved)
     return largest
 
 
 @compiled()
-def displace_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
+def _displace_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
     """`_displaced` on a plane: the forces of a run meet a run of the table."""
     n, middle, largest = len(plane.rows), plane.by_offset.shape[-1] // 2, 0.0
     for i in range(n):
@@ -549,7 +549,7 @@ def displace_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
             first, end = plane.runs[run], plane.runs[run + 1]
             along, across = plane.columns[i] - plane.columns[first] + middle, plane.rows[first] - plane.rows[i] + middle
             beyond = across + end - first
-            more_u, more_w, more = displacement_by_run(
+            more_u, more_w, more = _displacement_by_run(
                 plane.by_offset[0, 0, along, across:beyond],
                 plane.by_offset[0, 1, along, across:beyond],
                 plane.by_offset[1, 0, along, across:beyond],
@@ -564,7 +564,7 @@ def displace_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
 
 
 @compiled(fastmath={"reassoc"})
-def displacement_by_run(
+def _displacement_by_run(
     ux: Floats, uz: Floats, wx: Floats, wz: Floats, f_x: Floats, f_z: Floats
 ) -> tuple[float, float, float]:
     """u and w of one node by the forces of others, and the sum of magnitudes of w."""

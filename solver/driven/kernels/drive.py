@@ -84,7 +84,7 @@ def _ahead(state: KernelState, constants: KernelConstants, origin: float) -> Ahe
 
 
 @compiled(inline="always")
-def move_pin_to(state: KernelState, delta: float) -> None:
+def _move_pin_to(state: KernelState, delta: float) -> None:
     """Move the pin to δ_p = delta, all nodes stuck."""
     advance_path(state, (delta - state.scalars.displacement) * state.scalars.pin_rate)
 
@@ -98,7 +98,7 @@ def _turn(state: KernelState, forward: bool) -> None:
 
 
 @compiled(inline="always")
-def is_at_last_node(state: KernelState, constants: KernelConstants) -> bool:
+def _is_at_last_node(state: KernelState, constants: KernelConstants) -> bool:
     """True if a node in contact is the last one that there is."""
     last = len(state.x) - 1
     # Nodes are outer where there are others beyond the window.
@@ -112,7 +112,7 @@ def _check(state: KernelState, constants: KernelConstants, begun: float, events:
     begun: δ_p where it was set up, for both directions from there.
     """
     scalars = state.scalars
-    if is_at_last_node(state, constants):
+    if _is_at_last_node(state, constants):
         return Stop.CONTACT_LOST
     if scalars.touches_near_end or has_left_window(constants.window_until, state, abs(scalars.displacement - begun)):
         return Stop.WINDOW_TOO_NARROW
@@ -149,7 +149,7 @@ def drive_contact(
         forward = moves_forward(motion, pin, ahead.slope)
         # The contact lags behind the pin, as all is linear between events: it is moved at events, turns and the end.
         if forward != (state.scalars.pin_rate > 0.0):
-            move_pin_to(state, pin.position + origin)
+            _move_pin_to(state, pin.position + origin)
             _turn(state, forward)
             ahead = _ahead(state, constants, origin)
         t, x, v, friction_force = pin
@@ -163,7 +163,7 @@ def drive_contact(
             tally = pass_segment(record, motion, segment, tally, until, tau, y, area)
             t, x, friction_force = until, x + y, friction_force + ahead.slope * y
         if met:
-            move_pin_to(state, ahead.position + origin)
+            _move_pin_to(state, ahead.position + origin)
             stop = answer_event(state, constants, ahead.kind, ahead.node)
             events += 1
             lost += state.scalars.dissipated
@@ -177,7 +177,7 @@ def drive_contact(
             slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
         else:
             tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
-    move_pin_to(state, pin.position + origin)
+    _move_pin_to(state, pin.position + origin)
     # A contact that has to be set up again is driven on: its slip lasts into the next stretch, and is stated there.
     lasting = Slip(slip.sliding and stop == Stop.DONE, slip.climbing, slip.time, slip.position, slip.peak, 0, 0.0)
     return Pulled(stop, pin, slip, tally, slip_table(lasting, finished, motion, pin), events, lost)

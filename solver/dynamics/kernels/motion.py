@@ -133,7 +133,7 @@ def find_repeated_tooth(teeth: ToothTable, index: int) -> tuple[int, float]:
 
 
 @compiled(error_model="numpy")
-def tooth_at(teeth: ToothTable, index: int) -> tuple[float, float, float, float]:
+def find_tooth(teeth: ToothTable, index: int) -> tuple[float, float, float, float]:
     """Left edge, right edge, force at the left edge and slope of any tooth: periodic to the right, mirrored about 0."""
     j, shift = find_repeated_tooth(teeth, index if index >= 0 else -1 - index)
     left, right = teeth.edges[j] + shift, teeth.edges[j + 1] + shift
@@ -152,7 +152,7 @@ _COUNTABLE = 4.5e15
 
 
 @compiled(error_model="numpy")
-def tooth_nearby(teeth: ToothTable, x: float) -> int:
+def _tooth_nearby(teeth: ToothTable, x: float) -> int:
     """The tooth that holds x, or one beside it where rounding blurs an edge: by whole periods, then bisection."""
     count, first = teeth.force.size, teeth.periodic_from
     start, far = teeth.edges[first], abs(x)
@@ -166,7 +166,7 @@ def tooth_nearby(teeth: ToothTable, x: float) -> int:
 
 @compiled(error_model="numpy")
 def tooth_holding(teeth: ToothTable, index: int, x: float) -> tuple[int, float, float, float, float]:
-    """Find the tooth that holds x, searching from tooth `index` on: its index, and the values of `tooth_at`.
+    """Find the tooth that holds x, searching from tooth `index` on: its index, and the values of `find_tooth`.
 
     NaN for an x so far out that teeth cannot be told apart any more, or that is no number.
     """
@@ -174,21 +174,21 @@ def tooth_holding(teeth: ToothTable, index: int, x: float) -> tuple[int, float, 
     # Written so that NaN is too far out as well.
     if not abs(x) <= _COUNTABLE / (count - first) * (teeth.edges[count] - teeth.edges[first]):
         return index, math.nan, math.nan, math.nan, math.nan
-    left, right, base, slope = tooth_at(teeth, index)
+    left, right, base, slope = find_tooth(teeth, index)
     for _ in range(_NEARBY):  # nearly every step ends in one of the next teeth
         if left <= x < right:
             return index, left, right, base, slope
         index += 1 if x >= right else -1
-        left, right, base, slope = tooth_at(teeth, index)
-    index = tooth_nearby(teeth, x)
-    left, right, base, slope = tooth_at(teeth, index)
+        left, right, base, slope = find_tooth(teeth, index)
+    index = _tooth_nearby(teeth, x)
+    left, right, base, slope = find_tooth(teeth, index)
     # Rounding of whole periods may miss the tooth by one.
     while x >= right:
         index += 1
-        left, right, base, slope = tooth_at(teeth, index)
+        left, right, base, slope = find_tooth(teeth, index)
     while x < left:
         index -= 1
-        left, right, base, slope = tooth_at(teeth, index)
+        left, right, base, slope = find_tooth(teeth, index)
     return index, left, right, base, slope
 
 
@@ -395,7 +395,7 @@ def brief_responses(c: float, stiffness: float, tau: float) -> tuple[float, floa
 
 
 @compiled(error_model="numpy")
-def state_at(segment: Segment, tau: float) -> tuple[float, float, float]:
+def motion_state(segment: Segment, tau: float) -> tuple[float, float, float]:
     """y, y' and ∫y at time τ."""
     v, load, ramp = segment.pin.velocity, segment.load, segment.ramp
     if tau <= 0.0:
@@ -428,7 +428,7 @@ def offset_from_level(
     segment: Segment, motion: Motion, quantity: Passing, level: float, tau: float
 ) -> tuple[float, float, float]:
     """A quantity minus `level`, and its first two rates: position, velocity, or D' = k(V - v) - c a."""
-    y, v, _ = state_at(segment, tau)
+    y, v, _ = motion_state(segment, tau)
     c, stiffness = segment.damping, segment.stiffness
     a = segment.load + segment.ramp * tau - c * v - stiffness * y
     if quantity == Passing.POSITION:

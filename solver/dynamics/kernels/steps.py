@@ -21,15 +21,15 @@ from nanoslip.solver.dynamics.kernels.motion import (
     brief_responses,
     driving_force,
     find_repeated_tooth,
+    find_tooth,
     follow_slip,
     make_segment,
+    motion_state,
     next_zero,
     no_slips,
     offset_from_level,
     root,
     slip_table,
-    state_at,
-    tooth_at,
     tooth_holding,
 )
 
@@ -50,7 +50,7 @@ def _quick_crossing(segment: Segment, distance: float) -> float:
         return math.nan
     tau = 0.5 * late
     for _ in range(50):
-        y, v, _ = state_at(segment, tau)
+        y, v, _ = motion_state(segment, tau)
         step = (y - distance) / v
         tau -= step
         if abs(step) <= 1e-9 * tau:  # Newton's next step would be the square of this
@@ -104,19 +104,19 @@ def segment_end(
         tau = _quick_crossing(segment, distance)
         # NaN, where nothing is sure, fails here too.
         if tau <= horizon:
-            _, v1, area = state_at(segment, tau)
+            _, v1, area = motion_state(segment, tau)
             return tau, True, distance, v1, area
     tau = monotone_end(segment, motion, watched, horizon)
-    y, v1, area = state_at(segment, tau)
+    y, v1, area = motion_state(segment, tau)
     level = _velocity_level(motion, v, v1)
     if not math.isnan(level):
         tau = root(segment, motion, Passing.VELOCITY, level, tau, v1 > v)
-        y, _, area = state_at(segment, tau)
+        y, _, area = motion_state(segment, tau)
         v1 = level
     if y < distance if forward else y > distance:
         return tau, False, y, v1, area
     tau = root(segment, motion, Passing.POSITION, distance, tau, forward)
-    _, v1, area = state_at(segment, tau)
+    _, v1, area = motion_state(segment, tau)
     # By rounding alone a pin that just reaches the edge must not seem to head back.
     return tau, True, distance, max(v1, 0.0) if forward else min(v1, 0.0), area
 
@@ -129,7 +129,7 @@ def highest_driving_force(segment: Segment, motion: Motion, end: float, new: Pin
     rate = motion.spring * (motion.stage - segment.pin.velocity) - motion.damping * segment.q
     if rate > 0.0 and offset_from_level(segment, motion, Passing.DRIVING_RATE, 0.0, end)[0] < 0.0:
         tau = root(segment, motion, Passing.DRIVING_RATE, 0.0, end, rate < 0.0)  # a literal would compile it again
-        y, v, _ = state_at(segment, tau)
+        y, v, _ = motion_state(segment, tau)
         # The change alone: in the whole force the ways of stage and pin, both long, would cancel.
         change = motion.spring * (motion.stage * tau - y) - motion.damping * (v - segment.pin.velocity)
         highest = max(highest, at_start + change)
@@ -227,13 +227,13 @@ def note_segment(record: Record, motion: Motion, segment: Segment, tau: float) -
     """
     pin = segment.pin
     late = max(record.half - pin.time, 0.0)
-    y, v, _ = state_at(segment, late)
+    y, v, _ = motion_state(segment, late)
     note_spring_force(record, motion, pin.time + late, pin.position + y)
-    y, v_end, _ = state_at(segment, tau)
+    y, v_end, _ = motion_state(segment, tau)
     note_spring_force(record, motion, pin.time + tau, pin.position + y)
     if (v < motion.stage) != (v_end < motion.stage):
         turn = root(segment, motion, Passing.VELOCITY, motion.stage, tau, v_end > v)
-        y, _, _ = state_at(segment, turn)
+        y, _, _ = motion_state(segment, turn)
         note_spring_force(record, motion, pin.time + turn, pin.position + y)
 
 
@@ -254,14 +254,14 @@ def write_samples(
     samples, impulse, duration = record.samples, record.impulse, record.duration
     pin, last, bins = segment.pin, samples.shape[0] - 1, impulse.size - 1
     while row <= last and duration * (row / last) <= until:
-        y, v, _ = state_at(segment, duration * (row / last) - pin.time)
+        y, v, _ = motion_state(segment, duration * (row / last) - pin.time)
         samples[row, 0] = pin.position + y
         samples[row, 1] = v
         samples[row, 2] = pin.friction_force + segment.slope * y
         row += 1
     while edge <= bins and duration * (edge / bins) <= until:
         tau = duration * (edge / bins) - pin.time
-        _, _, area = state_at(segment, tau)
+        _, _, area = motion_state(segment, tau)
         impulse[edge] = resisted + (pin.friction_force * tau + segment.slope * area)
         edge += 1
     return row, edge
@@ -469,7 +469,7 @@ def integrate_exactly(
     pin, tally = PinState(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0)
     index = int(np.int64(0))  # of a plain 0 numba would compile all that it is handed to once more, and then not use it
     while pin.time < duration and tally.steps < step_limit and len(finished) < motion.most_slips:
-        left, right, base, slope = tooth_at(teeth, index)
+        left, right, base, slope = find_tooth(teeth, index)
         if (
             cruising
             and slip.sliding
@@ -480,7 +480,7 @@ def integrate_exactly(
             index, pin, slip, tally = cruise(teeth, motion, record, index, pin, slip, tally, step_limit, None)
             if tally.steps == step_limit:
                 break
-            left, right, base, slope = tooth_at(teeth, index)
+            left, right, base, slope = find_tooth(teeth, index)
         t, x, v, friction_force = pin
         limit = max(base + slope * (x - left), 0.0)
         if one_way is not None and friction_force < -limit:
@@ -547,7 +547,7 @@ def integrate_rigidly(
     pin, tally, heading = PinState(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0), 0
     index = int(np.int64(0))  # as in `integrate_exactly`
     while pin.time < duration and tally.steps < step_limit and len(finished) < motion.most_slips:
-        left, right, base, slope = tooth_at(teeth, index)
+        left, right, base, slope = find_tooth(teeth, index)
         if (
             heading > 0
             and slip.sliding
@@ -557,7 +557,7 @@ def integrate_rigidly(
             index, pin, slip, tally = cruise(teeth, motion, record, index, pin, slip, tally, step_limit, True)
             if tally.steps == step_limit:
                 break
-            left, right, base, slope = tooth_at(teeth, index)
+            left, right, base, slope = find_tooth(teeth, index)
         limit = max(base + slope * (pin.position - left), 0.0)
         let_go = False
         if heading == 0:
@@ -656,7 +656,7 @@ def integrate_by_steps(
     relaxed = pushed = work = 0.0
     index = row = edge = int(np.int64(0))  # as in `integrate_exactly`
     computed = 0
-    left, right, base, slope = tooth_at(teeth, index)
+    left, right, base, slope = find_tooth(teeth, index)
     for step in range(steps):
         t, end = pin.time, motion.duration * ((step + 1) / steps)
         dt = end - t

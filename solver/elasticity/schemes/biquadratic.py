@@ -23,8 +23,8 @@ from nanoslip.solver.elasticity.grid import (
     integral,
     lagrange,
     lame,
-    restrained_nodes,
     slopes,
+    support_mask,
     value,
 )
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
@@ -87,7 +87,7 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
             c_wu=block([-dilation * p.dx_on_ends - p.dz_on_sides for p in parts]),
             k_w=block([-(dilation + 2) * p.dz_on_ends - p.dx_on_sides for p in parts]),
         ),
-        fixed=restrained_nodes(grid, support),
+        fixed=support_mask(grid, support),
         symmetric=False,
     )
 

@@ -107,7 +107,7 @@ def _middle_depths(ends: _Ends, height: float) -> Floats:
     odd = (len(ends.head) + len(ends.tail)) % 2
     wanted = (last - first) * near / (_MIDDLE_THICKNESS * ends.spacing)
     rows = max(2 - odd, 2 * math.ceil((wanted - odd) / 2 - 1e-9) + odd)
-    inner = [near * rows_depth(place, whole) for place in np.linspace(first, last, rows + 1)[1:-1]]
+    inner = [near * _rows_depth(place, whole) for place in np.linspace(first, last, rows + 1)[1:-1]]
     return np.array([near * upper, *inner, near * lower])
 
 
@@ -120,11 +120,11 @@ def _rows_above(depth: float, height: float) -> float:
     return 1.0 + math.log(min(depth, _THICKEST)) + max(0.0, depth / _THICKEST - 1.0)
 
 
-def rows_depth(rows: float, height: float) -> float:
+def _rows_depth(rows: float, height: float) -> float:
     """Inverse of `_rows_above`."""
     middle = _rows_above(height / 2, height)
     if rows > middle:
-        return height - rows_depth(2 * middle - rows, height)
+        return height - _rows_depth(2 * middle - rows, height)
     if rows <= 1.0:
         return rows
     logarithm = math.log(_THICKEST)

@@ -38,8 +38,8 @@ from nanoslip.solver.elasticity.grid import (
     gram,
     lagrange,
     lame,
-    restrained_nodes,
     slopes,
+    support_mask,
     value,
 )
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
@@ -113,8 +113,8 @@ def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
     cells = [_cells(grid, strip) for strip in strips]
     fields = _prolongation(grid, cells)
     blocks = [_element_blocks(grid, strip, 1.0 / width, poisson) for strip, width in zip(strips, cells, strict=True)]
-    k_u, k_w, c_uw = (fields.T @ assemble_stiffness(cells, block) @ fields for block in zip(*blocks, strict=True))
-    return Stiffness(grid, assemble_blocks(k_u, c_uw, c_uw.T, k_w), restrained_nodes(grid, support), symmetric=True)
+    k_u, k_w, c_uw = (fields.T @ _assemble_stiffness(cells, block) @ fields for block in zip(*blocks, strict=True))
+    return Stiffness(grid, assemble_blocks(k_u, c_uw, c_uw.T, k_w), support_mask(grid, support), symmetric=True)
 
 
 def _cells(grid: Grid, strip: int) -> int:
@@ -131,17 +131,17 @@ def _element_blocks(grid: Grid, strip: int, width: float, poisson: float) -> tup
     places = (0.0, width / 2, width)
     mass_z, stiffness_z, mixed_z = _line_matrices(depths, depths[2], 0.0)
     mass_x, stiffness_x, mixed_x = _line_matrices(places, 0.0, width)
-    along, across = kronecker_product(mass_z, stiffness_x), kronecker_product(stiffness_z, mass_x)
+    along, across = _kronecker_product(mass_z, stiffness_x), _kronecker_product(stiffness_z, mass_x)
     # In the uppermost strip exactly, or odd and even surface nodes would differ more (see above).
     resisted_z = _gauss_mass(depths, depths[2], 0.0) if strip else mass_z
     resisted_x = _gauss_mass(places, 0.0, width) if strip else mass_x
-    coupling = dilation * kronecker_product(mixed_z, mixed_x.T) + kronecker_product(mixed_z.T, mixed_x)
-    k_u = dilation * kronecker_product(resisted_z, stiffness_x) + 2 * along + across
-    k_w = dilation * kronecker_product(stiffness_z, resisted_x) + 2 * across + along
+    coupling = dilation * _kronecker_product(mixed_z, mixed_x.T) + _kronecker_product(mixed_z.T, mixed_x)
+    k_u = dilation * _kronecker_product(resisted_z, stiffness_x) + 2 * along + across
+    k_w = dilation * _kronecker_product(stiffness_z, resisted_x) + 2 * across + along
     return k_u, k_w, coupling
 
 
-def kronecker_product(z: Dense, x: Dense) -> Dense:
+def _kronecker_product(z: Dense, x: Dense) -> Dense:
     """Z ⊗ X of matrices of three nodes, (9, 9); np.kron takes ten times as long for so few, a twentieth of a small compliance."""
     return np.multiply.outer(z, x).transpose(0, 2, 1, 3).reshape(9, 9)
 
@@ -166,7 +166,7 @@ def _gauss_mass(points: tuple[float, ...], lower: float, upper: float) -> Dense:
     return half * sum((np.outer(values, values) for values in at), start=np.zeros((len(points), len(points))))
 
 
-def assemble_stiffness(cells: list[int], blocks: Iterable[Dense]) -> Sparse:
+def _assemble_stiffness(cells: list[int], blocks: Iterable[Dense]) -> Sparse:
     """Stiffness of all strips, summed over their elements. Each strip has three rows of mesh nodes of its own."""
     rows, columns, values, first = [], [], [], 0
     for count, block in zip(cells, blocks, strict=True):

@@ -61,7 +61,7 @@ class PlaneConvolution(SurfaceConvolution):
         return self._on_the_circle(self._inverse, w)
 
     def displacements(self, forces: Dense) -> Dense:
-        return self.inverse_transform((self._spectrum * self.forward_transform(forces)).sum(axis=1))
+        return self._inverse_transform((self._spectrum * self._forward_transform(forces)).sum(axis=1))
 
     def window(self, nodes: Indices) -> Dense:
         both = np.concatenate((nodes, nodes + self._n**2))
@@ -91,14 +91,14 @@ class PlaneConvolution(SurfaceConvolution):
         return PlaneConvolution(table)
 
     def _on_the_circle(self, symbol: NDArray[Any], values: Vector) -> Vector:
-        return self.inverse_transform(symbol * self.forward_transform(values))
+        return self._inverse_transform(symbol * self._forward_transform(values))
 
-    def forward_transform(self, values: Dense) -> NDArray[np.complex128]:
+    def _forward_transform(self, values: Dense) -> NDArray[np.complex128]:
         """Transform on the circle of values (…, n²)."""
         around = self._spectrum.shape[-2]
         return np.asarray(scipy.fft.rfft2(values.reshape(*values.shape[:-1], self._n, self._n), (around, around)))
 
-    def inverse_transform(self, transform: NDArray[np.complex128]) -> Dense:
+    def _inverse_transform(self, transform: NDArray[np.complex128]) -> Dense:
         """Values at the nodes, (…, n²), that have this transform."""
         n, around = self._n, self._spectrum.shape[-2]
         found = scipy.fft.irfft2(transform, (around, around))[..., :n, :n]

@@ -21,7 +21,7 @@ from nanoslip.solver.contact.kernels.events import (
     bits,
     from_front,
     highest_ranked,
-    limited,
+    limit_shear,
     rank_ratio,
     reversing_bits,
 )
@@ -40,7 +40,7 @@ from nanoslip.solver.contact.kernels.state import (
     SlipConstants,
     Stop,
     add_row,
-    move_along,
+    advance_quantities,
     start_event,
 )
 
@@ -89,7 +89,7 @@ def _worst_violation(
     `nanoslip.solver.contact.kernels.events.worst_violation`."""
     cut, shifted, turned = 0, 0, reversing_bits(ahead)
     for i in range(len(shear)):
-        size = limited(shear[i], opposite)
+        size = limit_shear(shear[i], opposite)
         ratio = bits(size * weights[i])
         offends = size - shear_limit[i] > tolerance
         cut = max(cut, rank_ratio(ratio, i ^ turned) if offends else 0)
@@ -148,7 +148,7 @@ def _slip_together(state: TangentialState, constants: SlipConstants, first: int)
     while True:
         offenders = 0
         for i in range(m):
-            slips = limited(shear[i], constants.opposite) - state.shear_limit[i] > constants.tolerance or i == first
+            slips = limit_shear(shear[i], constants.opposite) - state.shear_limit[i] > constants.tolerance or i == first
             along[i] = _distance(shear, tableau, state.shear_limit, constants.residual_shear, i) if slips else 0.0
             offenders += slips
             if slips and not tableau[i, i] > 0.0:
@@ -189,7 +189,7 @@ def _next_slip(state: TangentialState, opposite: float, blur: float) -> tuple[fl
 
 @compiled(inline="always")
 def _advance(state: TangentialState, step: float) -> None:
-    move_along(state.shear, step, state.rate)
+    advance_quantities(state.shear, step, state.rate)
     moved = step * state.scalars.pin_rate
     for i in range(len(state.u)):
         state.u[i] += moved
@@ -201,7 +201,7 @@ def _overshoot(state: TangentialState, opposite: float) -> float:
     """Excess of limited shear over its limits, summed over all nodes."""
     total = 0.0
     for i in range(len(state.u)):
-        total += max(limited(state.shear[i], opposite) - state.shear_limit[i], 0.0)
+        total += max(limit_shear(state.shear[i], opposite) - state.shear_limit[i], 0.0)
     return total
 
 

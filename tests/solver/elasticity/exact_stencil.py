@@ -11,7 +11,7 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.elasticity.grid import restrained_nodes
+from nanoslip.solver.elasticity.grid import support_mask
 from nanoslip.solver.elasticity.grid_scheme import grid_scheme
 from nanoslip.solver.slab import Slab
 
@@ -24,7 +24,7 @@ def exact_compliance(slab: Slab) -> NDArray[np.float64]:
     """The surface compliance (2n, 2n) of a slab with scheme `biquadratic`, rounded once. A second at n_x = 9, a minute at 17."""
     grid = grid_scheme(slab).grid(slab)
     counts = [int(count) for count in grid.counts]
-    held = np.concatenate(restrained_nodes(grid, slab.support))
+    held = np.concatenate(support_mask(grid, slab.support))
     kept = np.flatnonzero(~held).tolist()
     equations = _equations(slab, counts)
     surface = [*range(slab.n_x), *range(sum(counts), sum(counts) + slab.n_x)]

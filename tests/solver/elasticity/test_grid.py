@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nanoslip.solver.elasticity.grid import restrained_nodes
+from nanoslip.solver.elasticity.grid import support_mask
 from nanoslip.solver.slab import Slab
 from tests.synthetic import grid_of
 
@@ -40,9 +40,9 @@ def test_supports_hold_what_they_name() -> None:
     grid = grid_of(paper(n_x=9))
     bottom = grid.row_nodes(grid.rows - 1)
     for support, held in (("bonded", 3), ("frictionless", 1), ("right_side", grid.rows - 1)):
-        fixed_u, fixed_w = restrained_nodes(grid, support)  # type: ignore[arg-type]
+        fixed_u, fixed_w = support_mask(grid, support)  # type: ignore[arg-type]
         assert list(np.flatnonzero(fixed_w)) == list(bottom)
         assert fixed_u.sum() == held
-    right = np.flatnonzero(restrained_nodes(grid, "right_side")[0])
+    right = np.flatnonzero(support_mask(grid, "right_side")[0])
     np.testing.assert_array_equal(grid.coordinates()[right, 0], 1.0)
     assert np.all(grid.coordinates()[right, 1] < 0.0)  # the surface corner stays free for the pin

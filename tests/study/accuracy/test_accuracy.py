@@ -23,7 +23,16 @@ from nanoslip.study.accuracy.operators import (
     punch_observables,
 )
 from nanoslip.study.accuracy.records import as_ball
-from nanoslip.study.accuracy.setup import FULL, QUICK, Effort, Setup, contacts, default_setup, effort_for, make_setup
+from nanoslip.study.accuracy.setup import (
+    FULL,
+    QUICK,
+    Effort,
+    Setup,
+    contacts,
+    default_setup,
+    make_setup,
+    measurement_effort,
+)
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
@@ -152,8 +161,8 @@ def test_every_setting_of_a_ball_is_measured(tmp_path: Path, scheme: str):
     """Errors of coarse planes of nodes against a finer one: below 15 % on a contact of 4 spacings to either side."""
     (tmp_path / "ball.toml").write_text(BALL.format(scheme=scheme))
     setup = make_setup(load_manifest(tmp_path / "ball.toml"))
-    assert effort_for(setup.case, quick=True) == QUICK
-    assert max(effort_for(setup.case, quick=False).sizes) < max(FULL.sizes)
+    assert measurement_effort(setup.case, quick=True) == QUICK
+    assert max(measurement_effort(setup.case, quick=False).sizes) < max(FULL.sizes)
     small = replace(QUICK, sizes=(13, 17), reference_size=33, record_sizes=(13,), event_floors=(1e-6,), members=(3,))
     found = measure_accuracy(setup, replace(small, lengths=(3.0,)))
     operators, chaos, records, motion = found.diagrams

@@ -48,7 +48,7 @@ def found_in(
     out: Path | None = None,
     announce: Announce | None = None,
 ) -> Deciding:
-    manifest = api.manifest_of(campaign)
+    manifest = api.read_campaign(campaign)
     variable = variable or MAIN["slip" in manifest.stages]
     return deciding(manifest, expand(manifest)[0], variable, most, out, announce=announce)
 

@@ -8,7 +8,7 @@ import pytest
 
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES
 from nanoslip.solver.ensemble import mean_of
-from nanoslip.study.accuracy.effects import Change, Influence, influences, select_scenes, verdict_of
+from nanoslip.study.accuracy.effects import Change, Influence, find_verdict, influences, select_scenes
 from nanoslip.study.api import run
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.reader import load_manifest
@@ -149,6 +149,6 @@ def test_effects_are_sorted_by_what_their_changes_tell_at_a_tolerance():
 
     found = [influence("large", -0.1, 0.01), influence("small", 0.001, 0.001), influence("vague", 0.01, 0.01)]
     found += [influence("failed", math.nan, math.nan), influence("small", -0.2, 0.01)]
-    assert verdict_of(found[:4], 0.02) == (("large",), ("small",), ("vague", "failed"))
-    assert verdict_of(found[:4], 0.0) == (("large",), ("small", "vague"), ("failed",))
-    assert verdict_of(found, 0.02).needed == ("large", "small")  # of two numbers, one needs it
+    assert find_verdict(found[:4], 0.02) == (("large",), ("small",), ("vague", "failed"))
+    assert find_verdict(found[:4], 0.0) == (("large",), ("small", "vague"), ("failed",))
+    assert find_verdict(found, 0.02).needed == ("large", "small")  # of two numbers, one needs it

@@ -8,7 +8,7 @@ import pytest
 
 from nanoslip.solver.ensemble import FEWEST, student
 from nanoslip.study import api
-from nanoslip.study.accuracy.spending import LENGTHS, SHARE, Sample, probed, spending
+from nanoslip.study.accuracy.spending import LENGTHS, SHARE, Sample, probe_lengths, spending
 from nanoslip.study.manifest.manifest import USUAL_MEMBERS, Manifest
 
 SHORT, LONG = LENGTHS
@@ -64,9 +64,9 @@ def test_a_probe_has_the_numbers_of_campaigns_of_its_own() -> None:
         return content | {"numerics": {"n_x": n_x}, "limits": {"presliding": presliding}}
 
     def manifest_of(n_x: int, presliding: float) -> Manifest:
-        return api.manifest_of(at_length(n_x, presliding))
+        return api.read_campaign(at_length(n_x, presliding))
 
-    for samples in probed(manifest_of, (17, 9)):
+    for samples in probe_lengths(manifest_of, (17, 9)):
         for each in samples:
             run = api.run(at_length(each.n_x, each.presliding), progress=False)
             assert each.mean == run["plateau_mean"].item()

@@ -17,7 +17,7 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.commands import cli, draw
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.file import loaded
+from nanoslip.study.dataset.file import load_dataset
 from nanoslip.study.dataset.variables import rows
 from nanoslip.study.figures import shared
 from nanoslip.study.figures.gallery import list_shipped_figures
@@ -216,7 +216,7 @@ def test_what_is_within_uncertainties_is_exit_code_0(main, three, tmp_path):
 
 def write_regimes(out, **members):
     with file.open_dataset(out / file.FILE) as found:
-        changed = loaded(found)
+        changed = load_dataset(found)
     changed["regime"].values[...] = max(members, key=members.__getitem__)
     for word in REGIMES:
         changed[f"regime_{word}_members"].values[...] = members.get(word, 0)

@@ -161,7 +161,6 @@ def test_every_starter_can_be_fitted(main: Main, tmp_path: Path, monkeypatch: py
     assert all(case.outcome.ok for case in cases)
 
 
-@pytest.mark.xfail(reason="the walk was never run to its end yet", strict=False)
 @pytest.mark.slow
 @pytest.mark.parametrize("starter", ["ball", "afm", "sweep"])
 def test_a_starter_goes_from_new_to_fit(main: Main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, starter: str):

@@ -9,7 +9,7 @@ from rich.cells import cell_len
 from nanoslip.study import api
 from nanoslip.study.accuracy.spending import Sample
 from nanoslip.study.commands import look
-from nanoslip.study.commands.datasets import assignments, chosen
+from nanoslip.study.commands.datasets import assignments, choose_case
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.cases import expand, make_campaign, tables
 from nanoslip.study.manifest.reader import parse_manifest
@@ -23,7 +23,7 @@ ONE = ("intrinsic_friction=0.5", "radius=50")
 
 def case(axes, words, design=""):
     manifest = parse_manifest(ROOT / "toy.toml", f'title = "a toy"\n{design}\n[axes]\n{axes}\n', {})
-    return chosen(manifest, expand(manifest), assignments(words.split())).parameters
+    return choose_case(manifest, expand(manifest), assignments(words.split())).parameters
 
 
 AXES = 'radius = [50.0, 100.0]\nevents = [5, 10]\nslip_order = ["worst_first", "simultaneous"]'
@@ -338,7 +338,7 @@ def test_time_is_spent_on_what_decides(main, monkeypatch, given, samples, chosen
         raise Refusal("enough")
 
     monkeypatch.setattr(api, "run", run)
-    monkeypatch.setattr(look, "probed", lambda *_: samples)
+    monkeypatch.setattr(look, "probe_lengths", lambda *_: samples)
     _, _, said = main("try", *given.split())
     assert tried == [chosen]
     assert ("n_x = 129" in said) == (bool(given) and given not in ("--critical", "scheme=half_space n_x=33"))

@@ -12,7 +12,7 @@ import nanoslip
 from nanoslip.study.api import open as open_dataset, run
 from nanoslip.study.dataset.access import Column, case_columns
 from nanoslip.study.dataset.file import LostGroupsError, read_groups
-from nanoslip.study.dataset.table import one_case, selected
+from nanoslip.study.dataset.table import one_case, select_rows
 from nanoslip.study.dataset.verify import NotVerifiableError, rebuilt
 from tests.conftest import ROOT
 from tests.study.dataset.campaigns import FULL
@@ -171,11 +171,11 @@ def test_a_dataset_that_has_lost_its_groups_or_never_had_records_says_so(full):
 def test_a_number_is_found_that_differs_in_its_last_digits(full):
     """As 0.1 + 0.2 from 0.3; of two values that near it is neither."""
     moved = full.assign_coords(intrinsic_friction=[0.25 * (1 + 1e-12), 0.5], radius=[50.0, 50.0 * (1 + 1e-12)])
-    assert len(selected(moved, "case_id", {"intrinsic_friction": 0.25})) == 2
-    assert len(selected(moved, "case_id", {"radius": 50.0})) == 2
+    assert len(select_rows(moved, "case_id", {"intrinsic_friction": 0.25})) == 2
+    assert len(select_rows(moved, "case_id", {"radius": 50.0})) == 2
     with pytest.raises(KeyError):
-        selected(moved, "case_id", {"radius": 50.0 * (1 - 1e-10)})
-    assert len(selected(full.assign_coords(radius=[-50.0, np.inf]), "case_id", {"radius": [-50.0, np.inf]})) == 4
+        select_rows(moved, "case_id", {"radius": 50.0 * (1 - 1e-10)})
+    assert len(select_rows(full.assign_coords(radius=[-50.0, np.inf]), "case_id", {"radius": [-50.0, np.inf]})) == 4
 
 
 def test_what_xarray_saved_without_groups_is_refused_for_that_reason(full, tmp_path):

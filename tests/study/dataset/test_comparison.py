@@ -7,14 +7,14 @@ import pytest
 import xarray as xr
 
 from nanoslip.solver.view import ROUNDING
-from nanoslip.study.dataset.agreement import Verdict, compared, identical, verdict_of
+from nanoslip.study.dataset.agreement import Verdict, compare_values, find_verdict, identical
 from nanoslip.study.dataset.compare import (
     Matched,
     NotComparableError,
     differing,
     list_unjudged,
     match_rows,
-    observed,
+    uncertain_numbers,
 )
 
 NAN = float("nan")
@@ -22,10 +22,10 @@ VALUES = np.array([1.0, -2.0, NAN, np.inf, 0.0])
 
 
 def test_equal_values_have_the_same_bits_and_nan_is_nan():
-    assert compared("x", VALUES, VALUES.copy()).verdict is Verdict.IDENTICAL
+    assert compare_values("x", VALUES, VALUES.copy()).verdict is Verdict.IDENTICAL
     assert identical(np.array(-np.nan), np.array(np.nan))
     assert identical(np.array(["a"], object), np.array(["a"], object))
-    assert compared("none", np.array([]), np.array([])).verdict is Verdict.IDENTICAL
+    assert compare_values("none", np.array([]), np.array([])).verdict is Verdict.IDENTICAL
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def test_equal_values_have_the_same_bits_and_nan_is_nan():
 def test_rounding_is_named_and_more_is_different_and_named(place, value, verdict):
     changed = VALUES.copy()
     changed[place] = value
-    found = compared("x", VALUES, changed)
+    found = compare_values("x", VALUES, changed)
     assert found.verdict is verdict
     assert verdict is Verdict.DIFFERENT or found.size <= ROUNDING
     assert str(found).startswith("x")
@@ -62,7 +62,7 @@ def test_rounding_is_named_and_more_is_different_and_named(place, value, verdict
     ],
 )
 def test_whole_numbers_texts_and_shapes_have_no_rounding_and_the_scale_is_the_variables(kept, again, scale, verdict):
-    assert compared("x", kept, again, **({} if scale is None else {"scale": scale})).verdict is verdict
+    assert compare_values("x", kept, again, **({} if scale is None else {"scale": scale})).verdict is verdict
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_whole_numbers_texts_and_shapes_have_no_rounding_and_the_scale_is_the_va
 )
 def test_of_several_numbers_the_worst_decides_and_an_unknown_uncertainty_judges_nothing(errors, verdict):
     one, other = np.array([1.0, 2.0]), np.array([1.1, 2.1])
-    assert verdict_of(one, other, 2.0, (np.array(errors[0]), np.array(errors[1])), 2.0) == (
+    assert find_verdict(one, other, 2.0, (np.array(errors[0]), np.array(errors[1])), 2.0) == (
         verdict,
         pytest.approx(0.05),
     )
@@ -152,7 +152,7 @@ def numbers(
 
 def judged(one: xr.Dataset, other: xr.Dataset) -> dict[str, tuple[Verdict, float]]:
     found = match_rows((one, other), "")
-    return {each.name: (each.verdict, each.apart) for each in observed(found)}
+    return {each.name: (each.verdict, each.apart) for each in uncertain_numbers(found)}
 
 
 @pytest.mark.parametrize(
@@ -207,7 +207,7 @@ def test_words_of_members_contradict_where_all_of_one_ensemble_differ_from_all_o
     one, other, verdict
 ) -> None:
     pair = pulled(*one), pulled(*other)
-    (found,) = (each for each in observed(match_rows(pair, "drive")) if each.name == "regime")
+    (found,) = (each for each in uncertain_numbers(match_rows(pair, "drive")) if each.name == "regime")
     apart = {Verdict.NOT_JUDGED: NAN, Verdict.IDENTICAL: 0.0, Verdict.DIFFERENT: math.inf}[verdict]
     assert (found.verdict, found.apart) == (verdict, pytest.approx(apart, nan_ok=True))
 

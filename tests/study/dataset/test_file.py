@@ -18,7 +18,7 @@ from nanoslip.study.dataset.file import (
     SMALLEST_COMPRESSED,
     carrying,
     flatten_variables,
-    loaded,
+    load_dataset,
     make_tree,
     open_groups,
     read_groups,
@@ -167,7 +167,7 @@ def test_a_file_gives_root_and_groups_until_it_is_closed(tmp_path):
     root, groups = open_groups(tmp_path / "one.nc")
     assert set(groups) == {"runs"}
     assert flatten_variables(carrying(root, groups)).keys() == {"a", "case", "case_id", "runs/row_size", "runs/record"}
-    whole = make_tree(loaded(root)).load()
+    whole = make_tree(load_dataset(root)).load()
     root.close()
     (tmp_path / "one.nc").unlink()
     assert whole["runs"]["row_size"].item() == 3

@@ -22,10 +22,10 @@ from nanoslip.study.figures.shared import (
     FORMATS,
     REGIME_COLORS,
     Claim,
+    claim_rows,
     column,
     edges,
     file_format,
-    filled,
     image,
     series_styles,
     start_statistics,
@@ -146,7 +146,7 @@ def test_over_starts_gives_mean_deviation_and_range_and_leaves_out_what_is_missi
     assert start_statistics(np.array([1.0, 3.0, np.nan]), 3) == "2.0 (s.d. 1.4, 1 to 3)"
     assert start_statistics(np.array([2.0, 2.0])) == "2 from every start"
     assert start_statistics(np.array([0.002]), scale=1e3) == "2"
-    assert start_statistics(np.array([np.nan])) == "none"
+    assert start_statistics(np.array([np.nan])) == "in no start"
 
 
 def test_a_number_is_within_the_range_or_so_much_off() -> None:
@@ -164,4 +164,4 @@ def test_a_table_is_markdown_whose_bars_are_escaped() -> None:
 
 def test_what_no_claim_has_is_no_column() -> None:
     """A table that ends at a terminal has none of its width for it."""
-    assert filled([Claim("a", "", "2")], ("", "", "found", "")) == [("", "found"), ("a", "2")]
+    assert claim_rows([Claim("a", "", "2")], ("", "", "found", "")) == [("", "found"), ("a", "2")]

@@ -28,12 +28,12 @@ from nanoslip.study.figures.points import (
 from nanoslip.study.figures.roles import (
     MOST_PANELS,
     assign_roles,
+    axis_values,
     begins_with_zero,
     is_logarithmic,
+    is_scattered,
     merge_zipped,
-    scattered,
     select_points,
-    values_of,
 )
 from nanoslip.study.figures.shared import image
 from nanoslip.study.figures.sweep import FAILED_COLOR, SHORTEST, UNSURE, draw_over_axes, draw_scattered
@@ -245,7 +245,7 @@ def test_more_panels_than_a_page_bears_are_held_at_a_value_that_is_there() -> No
     roles = assign_roles(points)
     assert roles.panels == ("normal_load",)
     assert dict(roles.held) == {"aspect_ratio": 3.0}
-    assert len(values_of(points, "normal_load")) <= MOST_PANELS
+    assert len(axis_values(points, "normal_load")) <= MOST_PANELS
     assert len(select_points(points, roles.held).values) == len(points.values) / 5
 
 
@@ -266,14 +266,14 @@ def test_axes_that_vary_together_are_one_unless_it_cannot_tell_the_cases_apart()
 
 def test_a_design_that_fills_little_of_its_product_is_scattered() -> None:
     columns = {"radius": [50.0, 100.0, 200.0], "n_x": [17, 33, 65]}
-    assert scattered(read_points(listed(columns, [0.1, 0.2, 0.3]), "plateau_mean"))
-    assert not scattered(over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0]))
-    assert not scattered(read_points(listed({"radius": [50.0, 100.0]}, [0.1, 0.2]), "plateau_mean"))
+    assert is_scattered(read_points(listed(columns, [0.1, 0.2, 0.3]), "plateau_mean"))
+    assert not is_scattered(over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0]))
+    assert not is_scattered(read_points(listed({"radius": [50.0, 100.0]}, [0.1, 0.2]), "plateau_mean"))
 
 
 def test_numbers_that_some_cases_lack_are_in_their_order_and_the_missing_one_is_last() -> None:
     points = read_points(listed({"aspect_ratio": [1.0, float("nan"), 1e4, 1e-4]}, [0.1] * 4), "plateau_mean")
-    assert values_of(points, "aspect_ratio") == ["1e-4", "1", "1e4", "–"]
+    assert axis_values(points, "aspect_ratio") == ["1e-4", "1", "1e4", "–"]
 
 
 # What is drawn is what the points hold: every value at its place, crosses where there is none.

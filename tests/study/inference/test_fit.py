@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import nanoslip
 from nanoslip.solver.ensemble import student
-from nanoslip.study.api import manifest_of
+from nanoslip.study.api import read_campaign
 from nanoslip.study.figures.points import points_named
 from nanoslip.study.inference.campaign import make_question
 from nanoslip.study.inference.fit import ComputedPoint, Range, Target, filling, search_parameters, sentences
@@ -97,7 +97,7 @@ def test_a_common_error_is_not_averaged_away():
 def test_members_come_down_elsewhere_at_each_point():
     """Else all points share the error of their starts. The same point is the same case again; a start that is asked for stays."""
     campaign = {"title": "-", "numerics": {"n_x": 33, "scheme": "half_plane"}, "heterogeneity": {"spread": 0.1}}
-    manifest = manifest_of({**campaign, "stages": ["contact", "slip"]})
+    manifest = read_campaign({**campaign, "stages": ["contact", "slip"]})
     target = [Target("plateau", 0.3, 0.01)]
     question = make_question(manifest, target, {"mu_i": (0.2, 0.8), "residual_shear": (0.0, 0.8)}, {})
     x = filling(2)
@@ -282,10 +282,6 @@ scheme = "half_plane"
 """
 
 
-@pytest.mark.xfail(
-    reason="shares were measured by other means, in docs/inference.md; this form of it was never run to its end",
-    strict=False,
-)
 @pytest.mark.slow
 def test_the_set_holds_fifty_truths_of_a_number_whose_error_is_unknown(tmp_path: Path):
     """Plateau ± 2 % and mean drop ± 5 % of 50 truths over 48 starts each, 10 measurements of each truth.
@@ -317,10 +313,6 @@ def test_the_set_holds_fifty_truths_of_a_number_whose_error_is_unknown(tmp_path:
     assert shares[1] == pytest.approx(0.95, abs=0.06), shares
 
 
-@pytest.mark.xfail(
-    reason="shares were measured by other means, in docs/inference.md; this form of it was never run to its end",
-    strict=False,
-)
 @pytest.mark.slow
 def test_the_set_holds_computed_truths_as_often_as_it_states(tmp_path: Path):
     """Five measurements each of 60 computed cases that the surrogate never saw.

@@ -10,7 +10,7 @@ from scipy.stats import qmc
 import nanoslip
 from nanoslip.study import shipped
 from nanoslip.study.figures.points import points_named
-from nanoslip.study.inference.sensitivity import Sensitivity, axis_of, indices
+from nanoslip.study.inference.sensitivity import Sensitivity, find_axis, indices
 from nanoslip.study.inference.surrogate import regress
 
 Floats = NDArray[np.float64]
@@ -154,7 +154,7 @@ def test_holes_of_a_product_are_filled(grid):
 def test_a_filled_range_ends_half_a_step_beyond_its_values():
     """Each of n values stands for a cell of the range, as in a Latin hypercube; of logarithms where these lie evenly."""
     middles = (np.arange(64) + 0.5) / 64
-    plain, decades = axis_of("x", 2.0 + 3.0 * middles), axis_of("x", 10.0**middles)
+    plain, decades = find_axis("x", 2.0 + 3.0 * middles), find_axis("x", 10.0**middles)
     assert (plain.low, plain.high) == pytest.approx((2.0, 5.0))
     assert (decades.low, decades.high) == pytest.approx((0.0, np.log(10.0)), abs=1e-12)
     assert (plain.levels, plain.logarithmic, decades.logarithmic) == ((), False, True)

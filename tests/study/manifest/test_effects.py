@@ -28,8 +28,8 @@ from nanoslip.study.plan.kinds import (
     contact_task,
     drive_task,
     record_task,
-    required_kinds,
     states_task,
+    task_kinds,
 )
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import TaskResult
@@ -71,7 +71,7 @@ def computed(plan: Plan, folder: Path) -> Store:
 )
 def test_tasks_are_those_that_a_campaign_asks_for(tmp_path, text, kinds):
     plan = planned(tmp_path, text)
-    assert {task.kind for task in plan.tasks} == kinds == required_kinds(plan.manifest)
+    assert {task.kind for task in plan.tasks} == kinds == task_kinds(plan.manifest)
 
 
 def test_a_drive_on_a_finished_record_never_slides(tmp_path, monkeypatch):
@@ -86,7 +86,7 @@ def test_a_drive_on_a_finished_record_never_slides(tmp_path, monkeypatch):
 def test_a_contact_study_sets_up_no_sliding(tmp_path, monkeypatch):
     """Without friction no tableau, nor more than the normal forces' columns (tests/solver/test_contact.py)."""
     monkeypatch.setattr(computing, "slide_to_state", None)
-    monkeypatch.setattr(initial, "compiled_contact", None)
+    monkeypatch.setattr(initial, "compile_contact", None)
     plan = planned(tmp_path, TINY + 'stages = ["contact"]\neffects.friction = false')
     assert all(computed(plan, tmp_path).read(task.key).outcome.ok for task in plan.tasks)
 

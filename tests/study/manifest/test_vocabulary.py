@@ -10,7 +10,7 @@ from nanoslip.solver.parameter import declared
 from nanoslip.study.manifest.cases import tables
 from nanoslip.study.manifest.parameters import YOUNG
 from nanoslip.study.manifest.problems import key_shown, unknown
-from nanoslip.study.manifest.vocabulary import BEYOND, MEANT, OTHERWISE, beyond, otherwise
+from nanoslip.study.manifest.vocabulary import BEYOND, MEANT, OTHERWISE, missing_physics, otherwise
 from tests.conftest import Main
 
 KEYS = {key for keys in tables().values() for key in keys} | {*declared(Scales), YOUNG}
@@ -70,11 +70,11 @@ def test_another_quantity_is_not_taken_for_the_key_that_follows_from_it(main: Ma
 @pytest.mark.parametrize("word", ["lugre", "dahl", "bristle_stiffness", "stribeck_velocity", "sigma_0", "σ_0", "d_c"])
 def test_words_of_friction_laws_lead_to_what_has_them(main: Main, word: str) -> None:
     code, _, errors = main("try", f"{word}=1")
-    assert (code, errors) == (2, f"Error: {key_shown(word)} = 1: {beyond(word)}\n")
+    assert (code, errors) == (2, f"Error: {key_shown(word)} = 1: {missing_physics(word)}\n")
 
 
 @pytest.mark.parametrize("word", ["rate", "ageing", "adhesion", "wear", "viscosity"])
 def test_a_word_of_other_physics_names_what_has_it(main: Main, word: str) -> None:
-    assert "not modelled here; " in beyond(word)
+    assert "not modelled here; " in missing_physics(word)
     code, _, errors = main("try", f"{word}=1")
-    assert (code, errors) == (2, f"Error: {key_shown(word)} = 1: {beyond(word)}\n")
+    assert (code, errors) == (2, f"Error: {key_shown(word)} = 1: {missing_physics(word)}\n")

@@ -16,7 +16,7 @@ from nanoslip.solver.drive import FEWER_STEPS
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.solver.sliding.validity import Flag, advice_on, decode_flags
+from nanoslip.solver.sliding.validity import Flag, decode_flags, flag_advice
 from nanoslip.study import api
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
@@ -85,7 +85,7 @@ def test_the_dataset_holds_flags_as_cf_has_them_and_the_advice(mapped):
     assert found["validity_flags"].dtype == np.int32
     assert names(found) == FOUND
     for mask, advice in zip(found["validity_flags"].values.flat, found["advice"].values.flat, strict=True):
-        assert advice == advice_on(decode_flags(int(mask)))
+        assert advice == flag_advice(decode_flags(int(mask)))
     assert set(found["outcome"].values.flat) <= {"completed", "no_plateau"}  # flags are no failures
     small, *whole = found["contact_half_width"].squeeze().values[1].tolist()
     assert small == pytest.approx(2.9 / 32, abs=0.3 / 32)  # Hertz's, to a third of a spacing
@@ -133,7 +133,7 @@ def test_a_contact_that_was_not_reached_keeps_the_flags_to_be_expected_of_it(col
     assert set(found["outcome"].values.flat) == {"cascade_limit"}
     assert np.isnan(found["contact_half_width"]).all()  # the first contact itself slips
     assert set(found["validity_flags"].values.flat) == {Flag.few_nodes.mask}
-    assert set(found["advice"].values.flat) == {advice_on((Flag.few_nodes,))}
+    assert set(found["advice"].values.flat) == {flag_advice((Flag.few_nodes,))}
 
 
 def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(mapped):

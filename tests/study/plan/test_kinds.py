@@ -25,7 +25,7 @@ from nanoslip.study.plan.kinds import (
     states_task,
     statistics_task,
 )
-from nanoslip.study.run.compute import compliance_of, member_records, run_task
+from nanoslip.study.run.compute import member_records, run_task, task_compliance
 from tests.study.plan.running import CASE, drive, first, planned, run, slid
 
 
@@ -49,8 +49,8 @@ def test_tasks_of_one_slab_are_given_the_very_same_compliance():
     """What the solver keeps with it is found again; another result's, though equal, is another."""
     first, second = (record_task(Case(radius=50.0, slab=Slab(17), start=start)) for start in (0.0, 0.5))
     inputs = {first.needs[0]: run_task(compliance_task(first.slab), {})}
-    assert compliance_of(first, inputs) is compliance_of(second, inputs)
-    assert compliance_of(first, inputs) != compliance_of(first, {first.needs[0]: replace(inputs[first.needs[0]])})
+    assert task_compliance(first, inputs) is task_compliance(second, inputs)
+    assert task_compliance(first, inputs) != task_compliance(first, {first.needs[0]: replace(inputs[first.needs[0]])})
 
 
 ENDLESS = replace(CASE, slab=Slab(65, scheme="half_plane"), effects=Effects(coupling=False))

@@ -82,7 +82,7 @@ def test_what_is_kept_of_one_members_contact_changes_no_bit_of_anothers(n_x):
         together, alone = (
             member_numbers(
                 RECORD,
-                [compute.computed_record(FOUR.case(case, number), compliance, FOUR, {}) for number in range(4)],
+                [compute.compute_record(FOUR.case(case, number), compliance, FOUR, {}) for number in range(4)],
                 scalars_only=not whole,
             )
             for compliance in (kept, nothing_kept)
@@ -310,7 +310,7 @@ def test_a_first_member_that_is_refused_leaves_nothing_out(monkeypatch, refused)
 
     ensemble = Ensemble(4, 1e-6, ("plateau_mean", "kinetic_friction"))
     plateaus = run(compliance_task(PAPERS.slab), record_task(PAPERS, ensemble)).scalars["plateau_mean"]
-    monkeypatch.setattr(compute, "measured", failing)
+    monkeypatch.setattr(compute, "measure_motion", failing)
     found = pulled(ensemble)
     assert np.isnan(found.scalars["kinetic_friction"]).tolist() == [number == refused for number in range(4)]
     assert {value for value in found.scalars["left_out"] if not np.isnan(value)} == {0}

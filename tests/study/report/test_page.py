@@ -12,7 +12,7 @@ import xarray as xr
 from nanoslip.study.dataset.file import carrying
 from nanoslip.study.figures.shared import COLORS, column, image
 from nanoslip.study.report import page as report_page, summary
-from nanoslip.study.report.page import DARK, left_out, sizes_in_si, theme_svg
+from nanoslip.study.report.page import DARK, missing_groups, sizes_in_si, theme_svg
 from nanoslip.study.results.store import StoreError
 
 
@@ -155,12 +155,12 @@ def test_sizes_are_said_in_si_and_left_out_where_a_dataset_does_not_say() -> Non
 
 def test_records_that_are_not_kept_are_named() -> None:
     data = xr.Dataset({"plateau_mean": ("case", [0.5])})
-    (said,) = left_out(data)
+    (said,) = missing_groups(data)
     assert "[outputs]" in said
     kept = data.assign(record_id=("case", ["r"]))
-    (said,) = left_out(kept)
+    (said,) = missing_groups(kept)
     assert "[outputs] statistics" in said
-    assert list(left_out(kept.assign(slips_exponent=("case", [1.5])))) == []
+    assert list(missing_groups(kept.assign(slips_exponent=("case", [1.5])))) == []
 
 
 def drawn() -> object:

@@ -33,7 +33,7 @@ from nanoslip.study.results import attempts, entry as own, store as lease
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import FOLDER, Lease, Store, StoreError
 from nanoslip.study.run.dispatch import RunTally
-from nanoslip.study.run.executor import executor, unfinished_tasks
+from nanoslip.study.run.executor import executor, tasks_to_do
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import pin_arithmetic
 from tests.study.results.results import OBSTACLES, flipped
@@ -225,7 +225,7 @@ def _look(finished: Finished, out: Path, damaged: Path, thorough: bool) -> Verdi
         if any(own.pack_result(store.read(key)) != own.pack_result(finished.results[key]) for key in inventory):
             raise OtherNumbersError("a result that nobody has computed")
         attempts.read_runs(out)
-        tasks = unfinished_tasks(finished.plan, failures, inventory).tasks
+        tasks = tasks_to_do(finished.plan, failures, inventory).tasks
         for task in tasks:
             if task.key in finished.results:
                 store.write(finished.results[task.key], task.shared)

@@ -24,7 +24,7 @@ from nanoslip.study.run.child import Agent, FarmError
 from nanoslip.study.run.dispatch import Done, RunTally
 from nanoslip.study.run.executor import executor
 from nanoslip.study.run.farm import Farm, MPIFarm, ProcessFarm, SerialFarm, open_farm
-from nanoslip.study.run.journal import Journal, interrupted_keys
+from nanoslip.study.run.journal import Journal, long_task_keys
 from nanoslip.study.run.launch import WARNING, Interruption, Program, end_of_time, launcher_rank
 from tests.conftest import longer
 from tests.study.plan.running import CASE
@@ -171,7 +171,7 @@ def test_what_is_in_hand_when_a_run_is_killed_is_noted_unless_it_was_told_to_sto
     ranks.interruption.at_request = journal.forget
     with pytest.raises(GeneratorExit):
         ranks.run(DIAMOND, journal)
-    assert interrupted_keys(tmp_path) == noted
+    assert long_task_keys(tmp_path) == noted
 
 
 @pytest.mark.parametrize("said", [None, "1700000000", "", "Unknown"])

@@ -21,9 +21,9 @@ from nanoslip.study.run import child as process
 from nanoslip.study.run.campaign import KILLED, blame
 from nanoslip.study.run.child import Agent, BrokenProgramError
 from nanoslip.study.run.dispatch import RunTally
-from nanoslip.study.run.executor import executor, unfinished_tasks
+from nanoslip.study.run.executor import executor, tasks_to_do
 from nanoslip.study.run.farm import ProcessFarm
-from nanoslip.study.run.journal import BEGUN, LONG_TASK, Journal, interrupted_keys
+from nanoslip.study.run.journal import BEGUN, LONG_TASK, Journal, long_task_keys
 from nanoslip.study.run.launch import Program
 from tests.conftest import SMALL
 from tests.study.results.results import NO_FILES, written
@@ -232,17 +232,17 @@ ENDLESS = (Work("long"), math.inf)
 def test_long_tasks_are_noted_and_those_of_which_nothing_is_known_until_a_run_ends_by_itself(tmp_path):
     journal = Journal(tmp_path)
     journal.begun([(Work("short"), 0.5 * LONG_TASK), (Work("unknown"), 2.0 * LONG_TASK), ENDLESS])
-    assert interrupted_keys(tmp_path) == {"long", "unknown"}
+    assert long_task_keys(tmp_path) == {"long", "unknown"}
     journal.forget()
     journal.begun([ENDLESS])
-    assert (interrupted_keys(tmp_path), list(tmp_path.iterdir())) == (frozenset(), [])
+    assert (long_task_keys(tmp_path), list(tmp_path.iterdir())) == (frozenset(), [])
 
 
 @NO_FILES
 def test_what_is_no_file_and_a_disk_that_takes_nothing_do_not_stop_a_run(tmp_path, no_file):
     no_file(tmp_path / BEGUN)
     for folder in (tmp_path, tmp_path / "nowhere"):
-        assert interrupted_keys(folder) == frozenset()
+        assert long_task_keys(folder) == frozenset()
         journal = Journal(folder)
         journal.begun([ENDLESS])
         journal.forget()
@@ -261,10 +261,10 @@ def test_what_a_killed_run_was_at_comes_last_and_is_given_up_at_the_second_time(
     for given_up in (False, True):
         Journal(tmp_path).begun([(Work(record.key), math.inf)])
         blame(plan, store, Journal(tmp_path), tmp_path)  # the next run does, when it begins
-        work = unfinished_tasks(plan, store.failures(), {})
+        work = tasks_to_do(plan, store.failures(), {})
         assert (work.tasks[-1] == record, record in work.given_up) == (not given_up, given_up)
     assert store.failures()[record.key].outcome.message.startswith(KILLED)
-    assert unfinished_tasks(plan, store.failures(), {}, retry=True).given_up == ()
+    assert tasks_to_do(plan, store.failures(), {}, retry=True).given_up == ()
 
 
 def test_a_task_that_was_at_hand_by_accident_is_computed_and_forgiven(main, campaign, tmp_path):

@@ -11,7 +11,7 @@ import pytest
 
 from nanoslip.solver.case import PARTS, Case, SlipRule
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import choices_of, declared, parameter, validate
+from nanoslip.solver.parameter import declared, field_choices, parameter, validate
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.kinds import record_task
 from nanoslip.study.plan.plan import make_plan
@@ -75,7 +75,7 @@ def other_choices():
     for kind in (Case, *PARTS.values()):
         for name in declared(kind):
             item = kind.__dataclass_fields__[name]
-            words = choices_of(item.type) or ((True, False) if item.type is bool else ())
+            words = field_choices(item.type) or ((True, False) if item.type is bool else ())
             yield from ((name, word) for word in words if word != item.default)
 
 
