@@ -27,7 +27,7 @@ class Kernel:
     @cached_property
     def dispatcher(self) -> Any:
         """Numba's own object, which holds the compiled versions."""
-        return _compiling().dispatcher_of(self.py_func, self.allocates, self.targetoptions)
+        return _compiling().find_dispatcher(self.py_func, self.allocates, self.targetoptions)
 
     @property
     def _numba_type_(self) -> Any:
