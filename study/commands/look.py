@@ -60,7 +60,7 @@ def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, 
     """Print the case of a campaign that has these parameters, or draw it."""
     given = assignments(parameters)
     if picture:
-        _draw().shared.format_of(picture)
+        _draw().shared.file_format(picture)
     with find_dataset(campaign, out) as found:
         note(found.attrs.get("title", "no title"))
         _show_case(single(found, given), found, picture)
@@ -88,7 +88,7 @@ def try_campaign(
     if stroke:
         given |= _path_keys(stroke)
     if picture:
-        _draw().shared.format_of(picture)  # what cannot be drawn is better known before it is computed
+        _draw().shared.file_format(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
         content = make_campaign(given | ({"critical": "true"} if critical else {}), contact, drive or critical)
         typed = api.read_campaign(content).fixed.keys()

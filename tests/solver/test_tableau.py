@@ -80,7 +80,7 @@ def test_a_record_has_the_same_bits_whatever_the_process_has_set_up_before():
 
 def test_a_base_is_shared_by_windows_members_and_cases_and_only_the_last_is_kept(monkeypatch):
     """One inverse for three records of several windows; another load asks for another disc, and to return for the first again."""
-    inverses, invert = [], tableau.bordered_inverse
+    inverses, invert = [], tableau.invert_bordered
     monkeypatch.setattr(tableau, "invert_bordered", lambda *given: inverses.append(given) or invert(*given))
     light = replace(CASE, normal_load=2e-3)
     counts = []

@@ -301,7 +301,7 @@ def test_nothing_is_left_out_by_campaigns_that_ask_for_members(whole):
 @pytest.mark.parametrize("refused", [0, 1])
 def test_a_first_member_that_is_refused_leaves_nothing_out(monkeypatch, refused):
     """Then no change is known; the others are computed whole."""
-    measured = compute.measured
+    measured = compute.measure_motion
 
     def failing(record: FrictionRecord, plateau: Plateau, drive: Drive, over: object = None) -> Any:
         if plateau.mean == plateaus[refused]:
