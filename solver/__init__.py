@@ -21,7 +21,7 @@ Eq. 1-7, 11       elasticity.schemes (biquadratic: the paper's stencil; galerkin
 §3.1              contact.closed_forms (flat punch, Hertz, Cattaneo-Mindlin, sliding with coupling)
 §3.2              sliding.slide (from event to event: full_contact, constant_pressures, coulomb_friction), sliding.plateau
 -                 sliding.path (back and forth, under a load that changes)
--                 sliding.slider (contacts of one slider, summed)
+-                 sliding.slider (contacts of a rigid slider, summed)
 -                 sliding.sizes, sliding.power_law (sizes of events: power laws, correlations)
 §2.2.2, Eq. 13-15 dynamics.friction_limit (sawtooth, periodic extension, relaxation point)
 Eq. 12, §2.2.3    dynamics.integrators (rk4: the paper's; exact: from crossing to crossing, also as K → ∞)

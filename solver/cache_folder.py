@@ -1,4 +1,5 @@
-"""Folder of compiled kernels: whoever writes there runs code as its reader, as numba unpickles what it finds."""
+"""Folder of compiled kernels. Numba unpickles every file in it: whoever can write there can run code as its
+reader."""
 
 import os
 import stat

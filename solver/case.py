@@ -40,7 +40,8 @@ Distribution = Literal["lognormal", "uniform", "normal"]
 Loads = Literal["equal", "exponential", "heights"]
 
 LEAST_APART, FARTHEST_POINT = 1e-12, 1e6
-"""ξ between two points of a rough pin, and ξ or height of one, in L_x: atoms are further apart, and no slab is as large."""
+"""Smallest ξ between two points of a rough pin, and largest |ξ| or |height| of a point, in L_x. Atoms are further
+apart than the first, and no slab is as large as the second."""
 LARGEST_FRICTION = 1e12
 """The largest finite μ_i: nothing slips at it, as at `inf`, and its square is still a number in every sum."""
 WIDEST_SPREAD = 100.0
@@ -180,7 +181,8 @@ class Image(NamedTuple):
         return tuple(zip(*[column.tolist() for column in columns], strict=True))
 
     def over(self, y: Floats) -> Floats:
-        """Heights along rows at these positions across the drag, (rows, m), linear between those of the image; a profile's."""
+        """Heights along rows at these positions across the drag, (rows, m), interpolated linearly in the image; a
+        profile has one row for all positions."""
         if len(self.y) == 1:
             return self.height
         return np.stack([np.interp(y, self.y, heights) for heights in self.height.T], axis=1)
@@ -212,10 +214,11 @@ def _check_roughness(points: Roughness) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """Contacts of one rigid slider, moved together and elastically independent. The first is the case.
+    """Contacts of a rigid slider, moved together and elastically independent. The first contact is the case.
 
-    loads: `equal`; or those of exponentially distributed heights under a rigid plane (Greenwood and Williamson), by load
-        proportional to compression (`exponential`) or by this pin's frictionless contact (`heights`).
+    loads: `equal`; or the loads of exponentially distributed heights under a rigid plane (Greenwood and Williamson),
+        with a load proportional to compression (`exponential`) or computed from this pin's frictionless contact
+        (`heights`).
     """
 
     TABLE: ClassVar[str] = "interface"
@@ -383,7 +386,7 @@ class Case:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
-        """Build the case from parameters of its own and of its parts; defaults for the rest.
+        """Build the case from parameters by name, including parameters of its parts; defaults for the rest.
 
         Raises InvalidInput, for unknown names too.
         """
@@ -447,7 +450,7 @@ def _refuse_combinations(case: Case) -> None:
 def refuse_excluded(name: str, value: object, excluded: Mapping[str, tuple[bool, object, str]]) -> None:
     """Raise InvalidInput for the first parameter that a value excludes.
 
-    excluded: parameter -> True if it is excluded here, its value, and what is needed instead.
+    excluded: parameter -> True if it is excluded here, its value, and the requirement.
     """
     for key, (refused, other, need) in excluded.items():
         if refused:
@@ -516,5 +519,6 @@ def _of(kind: type, parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def parameters_of_a_case() -> Mapping[str, Parameter]:
-    """Every parameter of a case by name: its own, its slab's, those of all schemes, and those of its other parts."""
+    """Every parameter of a case by name, including the parameters of its slab, of all schemes and of its other
+    parts."""
     return merge_parameters(Case, Slab, *SCHEMES.values(), *PARTS.values())

@@ -44,10 +44,10 @@ class Kernel:
 
 
 def compiled(*, allocates: bool = False, entry: bool = False, **options: Any) -> Callable[[Function], Function]:
-    """Decorator: numba's `njit` without the interpreter's lock, with `options` of its own, and kept on disk.
+    """Decorator: numba's `njit` without the interpreter's lock, with further `options`, and kept on disk.
 
-    allocates: whether the kernel makes or returns arrays or lists. Only then are references to arrays counted, which takes
-    longer than a slip; numba refuses to compile a kernel that makes arrays without.
+    allocates: whether the kernel makes or returns arrays or lists. Only then are references to arrays counted, which
+    takes longer than a slip; numba refuses to compile a kernel that makes arrays without.
     entry: whether Python, or a test, may call the kernel, which takes longer to compile then.
     """
 

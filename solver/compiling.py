@@ -1,7 +1,7 @@
 """Compile kernels and keep them on disk; the only place that loads numba, and is loaded when a kernel is called.
 
-Numba's own disk cache watches one file. Kernels call each other across files, so here a change compiles all afresh that may call
-what has changed: the kernels of its folder, and of those that import from it.
+Numba's own disk cache watches one file. Kernels call each other across files, so here a change recompiles every
+kernel that may call the changed code: the kernels of its folder, and of folders that import from it.
 """
 
 import hashlib
@@ -32,7 +32,7 @@ _IMPORTED: Final = re.compile(r"^from nanoslip\.solver\.(\w+)\.kernels", re.MULT
 def find_dispatcher(function: Callable[..., object], allocates: bool, options: dict[str, Any]) -> Any:
     """Numba's dispatcher of a kernel, which counts references to arrays if it allocates some.
 
-    Where no folder for what is compiled can be written or read, every process compiles for itself.
+    If no cache folder can be written or read, every process compiles for itself.
     """
     internal = options["no_cpython_wrapper"]
     # With fastmath bits depend on what is optimized together: such a kernel is optimized by itself.
@@ -109,7 +109,7 @@ _CUT: Final = (EOFError, UnpicklingError)
 
 
 class _KernelCache(FunctionCache):
-    """Numba's cache of one function; a disk that does not answer, or kept a part, is as good as an empty cache."""
+    """Numba's cache of a function; an unreadable disk or a truncated file counts as an empty cache."""
 
     _impl_class = _StampedResults
 
@@ -138,9 +138,10 @@ class _KernelCache(FunctionCache):
 
 
 class _Part(JITCodeLibrary):
-    """Code of a kernel that kernels alone call: LLVM optimizes and translates it as a part of those that Python calls.
+    """Code of a kernel that only kernels call: LLVM optimizes and translates it only as a part of the kernels that
+    Python calls.
 
-    Numba would do so at each kernel, for it and for all that it calls.
+    Numba by itself would optimize and translate each kernel together with all kernels that it calls.
     """
 
     def _optimize_final_module(self) -> None:

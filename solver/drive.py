@@ -100,9 +100,11 @@ class Scales:
 class Drive:
     """Drive of the pin (Eq. 12), in units of L_x, G·L_y (stiffness), G·L_x·L_y (force) and √(m/(G·L_y)) (time): mass 1.
 
-    damping_ratio: ζ = c/(2√(m·k)). integrator: the settings of one, or its name. samples: evenly spaced output times after t = 0.
-    duration: None continues until μ_s and μ_k are determined (`nanoslip.solver.dynamics.duration`). max_slips: ends the drive
-        (completed) with this macroscopic slip. step_limit: segments (exact) or time steps (rk4) after which it fails.
+    damping_ratio: ζ = c/(2√(m·k)). integrator: the settings of an integrator, or its name. samples: evenly spaced
+        output times after t = 0.
+    duration: None continues until μ_s and μ_k are determined (`nanoslip.solver.dynamics.duration`). max_slips: ends
+        the drive (completed) with this macroscopic slip. step_limit: segments (exact) or time steps (rk4) after which
+        it fails.
     surface_compliance: without, K → ∞: the pin rests or slides against F̃(x) (Eq. 16-19), x_R = x. Needs `exact`.
     reverse_motion: without, a run whose pin would slip back against -F̃ ends as `reversed`.
     memory: the pin is pulled over its contact, event by event, instead of Eq. 13-15 over the friction record.
@@ -165,17 +167,18 @@ class Drive:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
-        """Build the drive from parameters of its own and of its integrator. Raises InvalidInput, for unknown names too."""
+        """Build the drive from parameters by name, including its integrator's. Raises InvalidInput, for unknown
+        names too."""
         refuse_unknown(parameters, parameters_of_a_drive(), "a drive")
         own = {name: parameters[name] for name in declared(cls) if name in parameters}
         return cls(**{**own, "integrator": INTEGRATORS.member(parameters, "exact")})
 
     @classmethod
     def from_si(cls, scales: Scales | None = None, pin_mass: float = 0.5, **parameters: Any) -> Self:
-        """The drive of a pin of this mass (kg), from values in SI: N/m, m/s, s; the paper's for what is not given.
+        """The drive of a pin of this mass (kg), from values in SI: N/m, m/s, s; the paper's values if not given.
 
-        duration_periods: duration in periods of the pin on its spring. stage_travel: duration by the stage's distance (m).
-        Raises InvalidInput for values out of range, and for unknown names.
+        duration_periods: duration in periods of the pin on its spring. stage_travel: duration by the stage's distance
+        (m). Raises InvalidInput for values out of range, and for unknown names.
         """
         in_si = cls.of({**si_defaults(), **convert_to_seconds(parameters, pin_mass)})
         return in_si.scaled(scales or Scales(), pin_mass, only_length(parameters))
@@ -228,7 +231,8 @@ OVER_A_CONTACT: Final[dict[str, Any]] = {
     "surface_compliance": True,
     "reverse_motion": True,
 }
-"""Settings of a drive with memory: a contact has its own teeth and compliance, and what goes back slips back."""
+"""Settings of a drive with memory: the contact itself has teeth and compliance, and slips back when the pin goes
+back."""
 
 
 def other_than_a_contact(drive: Drive) -> list[str]:
@@ -262,7 +266,8 @@ def natural_period(spring_stiffness: float, pin_mass: float) -> float:
 
 
 def only_length(parameters: Mapping[str, Any]) -> tuple[str, Any] | None:
-    """Find the one of the `DURATIONS` that these parameters give, and its value; None if none. Raises InvalidInput if two."""
+    """Find which of the `DURATIONS` these parameters give, and its value; None if none is given. Raises InvalidInput
+    for two."""
     given = [(name, parameters[name]) for name in DURATIONS if parameters.get(name) is not None]
     for other, value in given[1:]:
         require(other, value, False, f"to be left out beside {given[0][0]} = {quote_value(given[0][1])}")
@@ -293,7 +298,7 @@ def convert_to_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[s
 
 
 def parameters_of_a_drive() -> Mapping[str, Parameter]:
-    """Every parameter of a drive by name: its own and those of all integrators."""
+    """Every parameter of a drive by name, including the parameters of all integrators."""
     return merge_parameters(Drive, *INTEGRATORS.values())
 
 

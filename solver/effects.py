@@ -1,4 +1,4 @@
-"""The effects that a scene may leave out: one declaration each, of what is pressed and dragged, or of how it is pulled."""
+"""The effects that a scene may leave out, each declared once: effects of the contact, and effects of the drive."""
 
 import math
 from collections.abc import Callable

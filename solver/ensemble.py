@@ -1,7 +1,8 @@
 """Ensembles: a case computed from several independent starts, with mean and ± (68 % interval of Student's t over the members).
 
-Members differ in the start between two surface nodes, the nodes' random μ_i and the position on a rough profile. Each follows
-from the case and its number only: members 0 to 7 of 16 are those of 8.
+Members differ in the start between two surface nodes, the nodes' random μ_i and the position on a rough profile. Each
+member follows from the case and the member's number only: the first 8 of 16 members equal the members of an ensemble
+of 8.
 """
 
 import math
@@ -21,7 +22,7 @@ from nanoslip.solver.parameter import Roughness
 
 Places = Literal["drawn", "given"]
 LEVEL: Final = math.erf(math.sqrt(0.5))
-"""Probability of an interval of one standard error of a normal distribution: 68.27 %."""
+"""Probability that a normal variable lies within a standard error of its mean: 68.27 %."""
 FEWEST: Final = 3
 """Fewest members, or parts of a stretch, for a mean, if there are enough: two may agree by chance."""
 SEEDS: Final = 2**32
@@ -129,7 +130,8 @@ def elsewhere(profile: Roughness, place: float, place_y: float = 0.0) -> Roughne
 
 
 def _shift_profile(xi: Floats, rows: Floats, place: float) -> tuple[Floats, ...]:
-    """Knots ξ and the heights (rows, knots) of profiles continued by their mirror images, at a place of that period."""
+    """Knots ξ and heights (rows, knots) of profiles continued periodically by their mirror images, shifted by a share
+    `place` of the period."""
     first, period = xi[0], 2.0 * np.ptp(xi)
     there = np.concatenate((xi, 2.0 * xi[-1] - xi[-2:0:-1]))
     moved = first + (there - first - place * period) % period
@@ -168,10 +170,11 @@ class Mean(NamedTuple):
 
 
 def mean_of(values: ArrayLike, shared: Floats | float = 0.0) -> Mean:
-    """The mean over members, the last axis of `values` (..., m), with its ±; NaN: a member without a value.
+    """The mean over members, the last axis of `values` (..., m), with its ±; NaN marks a member without a value.
 
-    ± is Student's t at 68.27 % times the standard deviation over √m: the rule of every dataset. No mean of fewer than half of the
-    members, or of fewer than FEWEST of as many; no ± unless all have a value: those that have one are no fair sample of all.
+    ± is Student's t at 68.27 % times the standard deviation over √m: the rule of every dataset. No mean unless half
+    of the members, and at least FEWEST of as many, have a value. No ± unless all members have a value: the others
+    would be a biased sample.
     shared: error that all members share, a part of ± (...).
     """
     values = np.asarray(values, float)
@@ -188,9 +191,10 @@ def mean_of(values: ArrayLike, shared: Floats | float = 0.0) -> Mean:
 
 
 def jackknife(without: Sequence[float]) -> float:
-    """The ± of a number of all members together, from that number without each of them (Efron, SIAM CBMS 38, 1982).
+    """Jackknife ± of a statistic of all members, from the statistic without each member in turn (Efron, SIAM CBMS 38,
+    1982).
 
-    Of a mean it is that of `mean_of`. NaN of one member, and where the number needs one of them.
+    Equals the ± of `mean_of` for a mean. NaN for a single member, or if the statistic is undefined without a member.
     """
     count = len(without)
     return float(student(count) * math.sqrt((count - 1) * float(np.var(without)))) if count > 1 else math.nan

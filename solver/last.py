@@ -1,4 +1,4 @@
-"""A function that caches its last answer, for what several estimates or steps of one case share."""
+"""Cache of a function's last answer, for values that several estimates or steps of a case share."""
 
 from collections.abc import Callable
 from functools import wraps

@@ -1,7 +1,7 @@
 """Outcomes of computations: an `Outcome` with advice if physics or numerics fail, an exception if the input is wrong.
 
 A case that cannot be computed is data, not a crash. Exceptions are for input without meaning (`InvalidInput`) and matrices
-without an inverse (`SingularOperator`). Both name the offending value and what is needed.
+without an inverse (`SingularOperator`). Both name the offending value and the requirement.
 """
 
 from collections.abc import Callable, Mapping
@@ -176,7 +176,7 @@ Need = str | Callable[[str], str]
 
 
 class InvalidInput(SolverError, ValueError):
-    """An argument is out of range: its key, its value, and what is allowed."""
+    """An argument is out of range: its key, its value, and the allowed values."""
 
     def __init__(
         self, key: str, value: object = ABSENT, need: Need = "", beside: Mapping[str, object] | None = None

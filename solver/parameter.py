@@ -25,8 +25,8 @@ from nanoslip.solver.outcome import SHOWN, InvalidInput, Need
 # A field states its name in a dataset, meaning, unit and uncertainty once. Variables, tables and pages follow from it.
 
 SCALED: Final = ("", "normal_load", "contact_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
-"""Scales of a number: none, the load W of all contacts or of one, μ_i (the number becomes a share of it), or the case's
-unit (the number becomes SI)."""
+"""Scales of a number: none, the load W of all contacts or of a single contact, μ_i (the number becomes a share of
+it), or the case's unit (the number becomes SI)."""
 OVER_LOAD: Final = {"per": "normal_load", "symbol": "F/W"}
 """Scale and symbol of a friction force over load."""
 ENERGY: Final = {"per": "normal_load", "measure": "W·L_x"}
@@ -80,11 +80,13 @@ class Quantity:
     symbol: str = ""
     """Symbol in equations."""
     flags: tuple[str, ...] = ()
-    """Names of its bits 1, 2, 4, …, empty of one that is not used: a whole number, 0 where there is none, not NaN."""
+    """Names of its bits 1, 2, 4, …; an empty name for an unused bit. The value is a whole number: 0, not NaN, without
+    flags."""
     codes: tuple[str, ...] = ()
     """Meanings of its values 0, 1, …, which stay numbers."""
     words: tuple[str, ...] = ()
-    """Texts that the variable can hold: the one of most members, empty if there is none; a result holds places here, or NaN."""
+    """Texts that the variable can hold. A dataset has the text of most members, or an empty one; a result has the
+    index into this tuple, or NaN."""
     along: str = ""
     """Sample dimension of a column of values; empty for one number of a case."""
     coordinate: bool = False
@@ -122,7 +124,7 @@ class Quantity:
 
     @property
     def whole(self) -> bool:
-        """True if its values are whole numbers, 0 where there is none."""
+        """True if its values are whole numbers, with 0 for a missing value."""
         return bool(self.flags) or self.dtype is np.int32
 
     def counts(self) -> "dict[str, Quantity]":
@@ -212,7 +214,7 @@ class Parameter:
     meaning: str
     """Name short enough for the label of an axis."""
     table: str = ""
-    """Table of a campaign file that takes it, by default the one of its type (`TABLE`); empty if none does."""
+    """Table of a campaign file that holds it, by default its type's (`TABLE`); empty if it is in no table."""
     word: str = ""
     """Key in a campaign file, if that is not the field's name."""
     unit: str = ""
@@ -268,7 +270,7 @@ class Parameter:
 
 
 def parameter(default: Any = MISSING, *, meaning: str, **declared: Any) -> Any:
-    """A dataclass field that is a parameter; for what is declared see `Parameter`."""
+    """A dataclass field that is a parameter; `Parameter` explains the arguments."""
     found = Parameter(meaning, **declared)
     return dataclasses.field(default=default, metadata={_PARAMETER_KEY: found})
 
@@ -300,7 +302,7 @@ def family_settings(*kinds: type) -> Mapping[str, tuple[Any, ...]]:
 
 
 def require(name: str, value: object, allowed: bool, need: Need) -> None:
-    """Raise InvalidInput, with the value and what is needed, unless it is allowed."""
+    """Raise InvalidInput, with the value and the requirement, unless it is allowed."""
     if not allowed:
         raise InvalidInput(name, value, need)
 
@@ -321,7 +323,8 @@ def refuse_unknown(given: Mapping[str, Any], stated: Mapping[str, Parameter], ow
 
 
 def validate(value: Any) -> None:
-    """Give every parameter of a frozen value its declared type (200 and 200.0 are one case); refuse what is out of range."""
+    """Give every parameter of a frozen value its declared type, so that 200 and 200.0 are the same case; refuse
+    values out of range."""
     kind = type(value)
     if kind not in _checks:
         types = {item.name: item.type for item in fields(kind)}
@@ -341,7 +344,7 @@ _NOTHING = object()
 
 
 class _Check(NamedTuple):
-    """Check of a value of one field."""
+    """Check of a field's value."""
 
     name: str
     stated: Parameter
@@ -439,7 +442,8 @@ _CONVERSIONS: dict[Any, Callable[[str, Any], Any]] = {
 
 
 def _field_conversion(kind: Any) -> Any:
-    """The type, or the one beside None, to which values of a field are converted; None if they are not."""
+    """The type to which a field's values are converted (of an optional field the type beside None); None if they are
+    not converted."""
     kinds = (kind, *(get_args(kind) if get_origin(kind) is not tuple else ()))
     return next((plain for plain in _CONVERSIONS if plain in kinds), None)
 

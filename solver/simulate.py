@@ -87,11 +87,12 @@ def contact_state(case: Case, compliance: Compliance | None = None) -> ContactSt
 
 
 def friction_record(case: Case, compliance: Compliance | None = None) -> FrictionRecord:
-    """The friction record of `case`, from initial contact to its limits; of several contacts their sum.
+    """The friction record of `case`, from initial contact to its limits; for several contacts, the sum of their
+    records.
 
-    Without limits of its own a case ends after 2000 events, as the paper's do. A campaign's records without limits are eight
-    presliding lengths long instead: `Case(max_events=100_000, max_presliding=8.0)`. Raises SolverError if one of several contacts
-    fails: there is no sum then.
+    A case without limits ends after 2000 events, as in the paper. A campaign's records without limits
+    are eight presliding lengths long instead: `Case(max_events=100_000, max_presliding=8.0)`. Raises SolverError if
+    any contact fails, as there is no sum then.
     """
     _require_case(case)
     compliance = compliance or surface_compliance(case.slab)

@@ -93,7 +93,8 @@ SCHEMES: Family[Scheme] = Family("scheme")
 class Slab:
     """The elastic slab and its discretization.
 
-    scheme: settings of one of the schemes, or the name of one, with its own values. Raises InvalidInput for values out of range.
+    scheme: settings of a scheme, or a scheme's name, which gives it default settings. Raises InvalidInput for values
+        out of range.
     """
 
     TABLE: ClassVar[str] = "numerics"
@@ -132,7 +133,8 @@ class Slab:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
-        """Build the slab from parameters of its own and of its scheme. Raises InvalidInput, for unknown names too."""
+        """Build the slab from parameters by name, the scheme's included. Raises InvalidInput, for unknown names
+        too."""
         refuse_unknown(parameters, parameters_of_a_slab(), "a slab")
         own = {name: parameters[name] for name in declared(cls) if name in parameters}
         return cls(**{**own, "scheme": SCHEMES.member(parameters, "galerkin")})
@@ -165,7 +167,7 @@ class Slab:
 
 
 def parameters_of_a_slab() -> Mapping[str, Parameter]:
-    """Every parameter of a slab by name: its own and those of all schemes."""
+    """Every parameter of a slab by name, including the parameters of all schemes."""
     return merge_parameters(Slab, *SCHEMES.values())
 
 
@@ -196,6 +198,6 @@ LIMITED_BY_SCHEME = ("n_x", "poisson")
 
 
 def grid_levels(nodes: int | None) -> int:
-    """q of a row of 2^q + 1 nodes; 0 where there is none."""
+    """q of a row of 2^q + 1 nodes; 0 if `nodes` is None or of another form."""
     intervals = (nodes or 0) - 1
     return intervals.bit_length() - 1 if intervals > 0 and intervals & (intervals - 1) == 0 else 0

@@ -25,7 +25,7 @@ OWN_UNITS: Final = {"length": "L_x", "stiffness": "G·L_y", "time": "√(m/(G·L
 ROUNDING = 1e-9
 """Largest difference that is taken for rounding, as a share of a number's scale.
 
-Another processor or library changes last digits, 1e-16, and operators of condition 1e5 make 1e-11 of that.
+Another processor or library changes last digits, 1e-16, which operators of condition 1e5 amplify to 1e-11.
 """
 SMALL, LARGE = 1e-4, 1e6
 """Numbers below and from here on are written with a power of ten."""
@@ -89,7 +89,7 @@ class Viewed(Labels):
     __slots__ = ()
 
     def plot(self, axes: "Axes | None" = None) -> "Axes":
-        """Draw the result on matplotlib's axes, by default those of a new figure; returns the axes.
+        """Draw the result on matplotlib's axes (default: axes of a new figure); returns the axes.
 
         The title has the outcome of a computation that did not complete.
         """
@@ -129,7 +129,7 @@ def as_dataset(numbers: Iterable[Labelled], factors: Mapping[str, float], outcom
 
 
 def draw_picture(picture: Picture, axes: "Axes | None") -> "Axes":
-    """Draw a picture on axes, by default those of a new figure; returns the axes."""
+    """Draw a picture on axes (default: axes of a new figure); returns the axes."""
     if axes is None:
         from matplotlib import pyplot  # noqa: PLC0415  the solver computes without it
 

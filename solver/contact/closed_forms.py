@@ -105,7 +105,8 @@ class MindlinLoops:
         return self.bearing * (np.asarray(share) / self.stiffness + self.compliance * _micro_slip(share))
 
     def loss(self, amplitude: Floats) -> Floats:
-        """Energy lost in a cycle, in G·L_x²·L_y: B (μW)² (4 q g(q) - 8 ∫g), and 4 μW times what it slides at both turns."""
+        """Energy lost in a cycle, in G·L_x²·L_y: B (μW)² (4 q g(q) - 8 ∫g), and 4 μW times the sliding distance at
+        each turn."""
         amplitude = np.asarray(amplitude, float)
         ends = np.geomspace(1e-9, 0.5, 2001)  # dense at both ends: loops are small, or g is steep
         q = np.concatenate(([0.0], ends, 1.0 - ends[-2::-1], [1.0]))

@@ -69,8 +69,8 @@ def around(case: Case, followed: Nodes, pin_rate: float = 0.0) -> Window:
 
 
 def _patch_around(followed: Nodes, pin_rate: float) -> Window:
-    """The patch of a plane to follow. followed: (columns, rows). A smooth pin that slides on leaves what is behind it: there
-    one ring less is enough."""
+    """The patch of a plane to follow. followed: (columns, rows). A smooth pin that slides on does not return to the
+    nodes behind it: there one ring less is enough."""
     patch = wider(followed, RINGS)
     if pin_rate:
         columns = np.flatnonzero(followed.any(axis=1))
@@ -131,7 +131,7 @@ def following(case: Case, compliance: Compliance, state: ContactState, nodes: in
 def nodes_in_reach(
     case: Case, contact: Nodes, u: Vector, v: Vector, displacement: float = 0.0, first_node: int = 0
 ) -> Nodes:
-    """Nodes to follow: those in contact, and those that a rough pin could meet before the next window is set up.
+    """Nodes to follow: nodes in contact, and nodes that a rough pin could meet before the next window is set up.
 
     contact, u, v = w + approach: (n,), also of free nodes; displacement: δ_p. All in L_x.
     """
@@ -172,7 +172,7 @@ def _reach(case: Case) -> tuple[float, float]:
 
 @dataclass(slots=True, eq=False)
 class CompiledContact:
-    """State and constants of the kernels, for the surface nodes of one window."""
+    """State and constants of the kernels, for the surface nodes of a window."""
 
     case: Case
     compliance: Compliance
@@ -259,8 +259,8 @@ def _state(
 def _set_up(
     compliance: Compliance, window: bytes, contact: bytes, expected: float
 ) -> tuple[NDArray[np.float64], Plane | None, NDArray[np.float64]]:
-    """The compliance of the window's nodes among each other, (2n, 2n), or their places on a plane; the tableau of those in
-    contact.
+    """The compliance between the window's nodes, (2n, 2n), or their places on a plane; and the tableau of the nodes
+    in contact.
 
     expected: number of nodes in contact on a plane that follows from the case.
     """

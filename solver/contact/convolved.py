@@ -94,8 +94,9 @@ flanks of 45°, the steepest that mean something, 104 at ν = -1 and 43 at 0."""
 def convolve_contact(case: Case, convolution: SurfaceConvolution) -> NormalContact:
     """The contact at the case's load of a pin that drags nothing.
 
-    Wrong nodes are exchanged as in `normal`. Heights under nodes that pressure moves sideways are those of where the last round
-    left them: each round changes that by (1-2ν)/(2-2ν) of the pin's slope, at most, of the last change.
+    Wrong nodes are exchanged as in `normal`. Pressure moves nodes sideways under the pin; the heights of a round are
+    taken at the positions of the round before. This converges: a round moves nodes by at most (1-2ν)/(2-2ν) times the
+    pin's slope times the last move.
     """
     x, away, pin = surface_from_pin(case), surface_from_axis(case), make_pin(case)
     heights, u = pin.face(x), np.zeros_like(x)

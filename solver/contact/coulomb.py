@@ -233,7 +233,7 @@ def _respond(
 def _set_up_stiffness(
     compliance: Compliance, contact: NDArray[np.bool_], before: bytes, found: Floats, changes: int
 ) -> tuple[bytes, Floats, int]:
-    """The stiffness of a contact from that of one before, see `CoulombContact._set_up`."""
+    """Update the stiffness of an earlier contact to this contact, see `CoulombContact._set_up`."""
     key, nodes = contact.tobytes(), np.flatnonzero(contact)
     if key == before:
         return before, found, changes
@@ -324,7 +324,7 @@ def stick_and_slide_at_rest(solved: CoulombContact) -> None:
 
 
 def _largest(values: Vector, tolerance: float, ahead: int) -> int:
-    """The node with the largest value, of those nearer to it than the tolerance the one furthest ahead."""
+    """The node with the largest value; among values within the tolerance of it, the node furthest ahead."""
     return _front(values >= values.max() - tolerance, ahead)
 
 
@@ -428,8 +428,8 @@ class Place(NamedTuple):
         return cls(solved.force, solved.u - solved.displacement, solved.v, solved.approach)
 
     def lost_until(self, solved: CoulombContact) -> float:
-        """Energy dissipated since, by the trapezoidal rule: forces are straight along a step but for the pin's curvature, and
-        those of a released node fall in proportion to its displacement."""
+        """Energy dissipated since then, by the trapezoidal rule: along a step forces are linear but for the pin's
+        curvature, and the forces of a released node fall in proportion to its displacement."""
         mean = (self.force + solved.force) / 2
         moved = solved.u - solved.displacement - self.slip
         return float(-(mean[0] @ moved + mean[1] @ (solved.v - self.height)))

@@ -1,7 +1,7 @@
-"""The limit of shear of a node, τ_0·area + μ_i·N: the one place from which all that depends on it follows.
+"""The limit of shear of a node, τ_0·area + μ_i·N: the only place where it is defined.
 
-A strength τ_0 needs no pressure (Bowden and Tabor): where the pressure falls to 0 a node still bears τ_0·area, and is released
-with the shear that it has then.
+A strength τ_0 needs no pressure (Bowden and Tabor): where the pressure falls to 0 a node still bears τ_0·area, and is
+released with the shear that it has then.
 """
 
 import math

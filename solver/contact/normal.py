@@ -267,8 +267,8 @@ class NormalContact(NamedTuple):
 def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalContact:
     """The contact at the case's load, its nodes stuck at u = 0 or free of friction. Raises SingularOperator, TooFarApart.
 
-    Wrong nodes are exchanged (Exchange) until none is. Sets that are near share factors (ContactSystem); what is returned was
-    solved for by the found set's own, unless only the set is asked for.
+    Wrong nodes are exchanged (Exchange) until no node is wrong. Similar contact sets share factors (ContactSystem);
+    the returned forces are solved with the factors of the final set, unless only the set is requested.
     """
     away = surface_from_axis(case)
     contact = guess_contact(case)

@@ -26,8 +26,10 @@ class Pin:
 
     curvature: L_x/R, 0 of a flat punch. half_width: rounded to whole nodes; infinite of a parabola.
     knots, rises: additional height of a rough parabola at pin coordinates, linear between, constant beyond; one knot: smooth.
-        rises: (rows, knots), of one row for all nodes alike, or of each row of nodes; then ξ is that of all nodes, (n,).
-    across: height over the rows of nodes at ξ = 0. On a plane of nodes half_width and across are (n,), each over its node's row.
+        rises: (rows, knots), a single row for all nodes, or a row of heights for each row of nodes; then ξ is given
+        for all nodes, (n,).
+    across: height over the rows of nodes at ξ = 0. On a plane of nodes half_width and across are (n,), each over its
+        node's row.
     """
 
     curvature: float
@@ -204,7 +206,8 @@ def node_factors(case: Case, first_node: int = 0) -> Floats:
 
 
 APART: Final = 2**16
-"""Random numbers between those of two columns of nodes: a node of a column and row has the same one on any plane."""
+"""Distance in the random sequence between two columns of nodes, so that a node has the same random number on any
+plane."""
 
 
 def _factors(drawn: Heterogeneity, first: int, n: int) -> Floats:

@@ -212,7 +212,8 @@ def _steepest(case: Case, contact: NDArray[np.bool_], xi: Vector, outermost: flo
 def steepest_across(case: Case, contact: NDArray[np.bool_], xi: Vector) -> float:
     """Largest |slope| of the pin across the drag under a contact of nodes at ξ, (n,); 0 in plane strain.
 
-    Between neighbouring rows of nodes, anywhere between the outermost nodes of both: the pin drags each row over its own heights.
+    Slopes between neighbouring rows of nodes, anywhere between the outermost nodes of both: the pin drags each row
+    over different heights.
     """
     pin, rows = make_pin(case), case.slab.rows
     if rows == 1:

@@ -33,9 +33,10 @@ INERTIAL: Final = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FrictionCoefficients(Labels):
-    """Macroscopic friction of one drive, as forces over W; NaN if it could not be measured (see `outcome`).
+    """Macroscopic friction of a drive, as forces over W; NaN if it could not be measured (see `outcome`).
 
-    static_friction: μ_s, largest driving force of the first macroscopic slip; NaN above twice the record's largest force.
+    static_friction: μ_s, largest driving force of the first macroscopic slip; NaN above twice the record's largest
+        force.
     kinetic_friction: μ_k, mean driving force while the pin slides steadily, less the pin's change of momentum.
     """
 

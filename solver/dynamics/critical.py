@@ -1,11 +1,12 @@
-"""Critical velocity of a driven pin: that of the stage above which it does not stick any more.
+"""Critical velocity of a driven pin: the stage velocity above which the pin no longer sticks.
 
-It is found by drives of one record, from rest: the regime that `count_sticks` reports is what changes. Below it there may be
-windows in which the pin does not stick, so the search comes from above, and not from the drive's own velocity.
+It is found by drives of the same record, from rest: the regime that `count_sticks` reports changes there. Below it
+there may be windows in which the pin does not stick, so the search comes from above, and not from the drive's own
+velocity.
 
-There is no critical stiffness beside it. Slips depend on V√k (Eq. 17), so it would be k·(V_c/V)², with twice the relative scatter
-(single starts of the paper's pin: 3 to 72 kN/m), where it is soft; and from k = K on a stick, v ≤ kV/(k + K), is nearly the
-stage's own motion. V_c over an axis of stiffnesses answers the same question.
+There is no critical stiffness beside it. Slips depend on V√k (Eq. 17), so it would be k·(V_c/V)², with twice the
+relative scatter (single starts of the paper's pin: 3 to 72 kN/m), where it is soft; and from k = K on a stick, v ≤
+kV/(k + K), is nearly the stage's own motion. V_c over an axis of stiffnesses answers the same question.
 """
 
 import math

@@ -1,7 +1,9 @@
-"""Motion and friction of a drive; of one without a duration, until its numbers are determined, within step_limit.
+"""Motion and friction of a drive. Without a duration a drive continues until its numbers are determined, within
+step_limit.
 
-The first slip must lie in the first half of the time, and the mean friction force needs some cycles. A damper stronger than
-all friction (c·V ≥ peak, ζ > π) drags the pin without stick: the duration then follows from the length of the record.
+The first slip must lie in the first half of the time, and the mean friction force needs some cycles. A damper
+stronger than all friction (c·V ≥ peak, ζ > π) drags the pin without stick: the duration then follows from the length
+of the record.
 """
 
 import math

@@ -69,12 +69,12 @@ class FrictionLimit:
 
     @property
     def uneven_work(self) -> float:
-        """Largest work, from tooth to tooth of one period, by which F̃ differs from its mean, in G·L_x²·L_y."""
+        """Largest work of F̃ less its mean, from any tooth of a period to any other, in G·L_x²·L_y."""
         width, middle = self._repeated_teeth()
         return float(np.ptp(np.cumsum(width * (middle - self.steady_force))))
 
     def _repeated_teeth(self) -> tuple[Floats, Floats]:
-        """Width and mean force of each tooth of one period."""
+        """Width and mean force of each tooth of a period."""
         repeats = slice(self.periodic_from, None)
         width = np.diff(self.edges[repeats])
         return width, self.force[repeats] + 0.5 * self.slope[repeats] * width
@@ -158,13 +158,13 @@ def merge_teeth(teeth: Teeth, stays: int, shortest: float) -> tuple[Teeth, int]:
 
 
 def _edges_kept(edges: Floats, shortest: float) -> NDArray[np.intp]:
-    """Numbers of the edges that remain: the first one in each of equal stretches of that length, and the last."""
+    """Numbers of the edges that remain: the first edge in each stretch of length `shortest`, and the last edge."""
     stretch = np.floor((edges - edges[0]) / shortest)
     return np.union1d(np.flatnonzero(np.diff(stretch, prepend=-1.0)), len(edges) - 1)
 
 
 def friction_limit_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> FrictionLimit:
-    """F̃ of one of the `PROFILE_SHAPES`. Raises NoPlateauError if the record has no plateau."""
+    """F̃ in this shape (`PROFILE_SHAPES`). Raises NoPlateauError if the record has no plateau."""
     return PROFILE_SHAPES[shape](record, plateau)
 
 

@@ -148,10 +148,10 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
 
 
 def start_is_forgotten(result: DynamicsResult, drive: Drive, pattern: float, slips_end: Callable[[], bool]) -> bool:
-    """True if a longer drive has the same regime, as far as slips and record tell.
+    """True if a longer drive has the same regime, judged by its slips and its record.
 
     A pin that slides has met the whole repeated record with less ringing than would stop it.
-    pattern: length of that record, in L_x. slips_end: whether slips that have all ended go on to do so.
+    pattern: length of the repeated record, in L_x. slips_end: whether slips that have all ended go on to do so.
     """
     if not result.outcome.ok or not len(result.slip_time) or result.settling_time < lag_time(drive):
         return True  # without slips, or dragged by its damper, a pin has one regime
@@ -172,7 +172,7 @@ def decay_rate(drive: Drive) -> float:
 def _ringing_ends(result: DynamicsResult, drive: Drive, force: float) -> float:
     """Time from which on the range of the spring force by the last slip's ringing is `force` or less; inf without a damper.
 
-    From rest at the force of that slip a pin oscillates about the mean friction force.
+    From rest at the force of the last slip a pin oscillates about the mean friction force.
     """
     natural, decay = math.sqrt(drive.spring_stiffness), decay_rate(drive)
     damper = 2.0 * drive.damping_ratio * natural * drive.stage_velocity

@@ -205,7 +205,8 @@ _FOUND: Final = 1e-6
 class StickSlipFit:
     """Friction coefficients with which Eq. 16-19 fit a spring force best; NaN for a later slip that never came.
 
-    residual: root mean square of what is left, as a fraction of W. motion: of the closed form, at the times of the fit.
+    residual: root mean square of measured less fitted force, as a fraction of W. motion: of the closed form, at the
+        times of the fit.
     """
 
     motion: StickSlip = field(repr=False)

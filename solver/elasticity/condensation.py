@@ -50,7 +50,7 @@ def families(k: Stiffness) -> list[Fields]:
 
 
 def project_stiffness(matrix: Sparse, fields: Fields) -> Sparse:
-    """The stiffness between fields, (count, count), of one between displacements, (2·nodes, 2·nodes)."""
+    """Project the stiffness between displacements, (2·nodes, 2·nodes), onto fields, (count, count)."""
     entries = scipy.sparse.coo_array(matrix)
     rows, columns = entries.coords
     values = fields.weight[rows] * entries.data * fields.weight[columns]
@@ -237,7 +237,8 @@ class _Slab:
         return _Piece(front.border, surface, left, worst)
 
     def _front(self, cut: Indices, inside: Indices, met: list[Indices]) -> _Front:
-        """The front of a cut through `inside`, whose piece meets these fields, those that lie inside it among them."""
+        """The front of a cut through the piece `inside`. met: fields that touch the piece, including fields inside
+        it."""
         beyond = np.zeros(len(self.number), np.bool_)
         for fields in met:
             beyond[fields] = True
@@ -276,7 +277,7 @@ class _Slab:
         return min(ways, key=lambda way: len(way[0]))
 
     def _has_cut_fields(self, inside: Indices, places: Dense) -> tuple[Indices, Indices, Indices]:
-        """All fields of one side that act on the other are cut: the side further left, or deeper, without surface."""
+        """Cut all fields of the left (or lower) side that act on the other side; returns the cut and both sides."""
         # The median, not the middle: grids are finer near the surface, and halves are to be equally large.
         beyond = places >= np.partition(places, len(places) // 2)[len(places) // 2]
         below = inside[~beyond]
@@ -403,8 +404,8 @@ def condense_surface(k: Stiffness) -> Dense:
 def _inverse(matrix: Sparse, places: Dense, surface: Indices, symmetric: bool) -> Dense:
     """Compute `surface_inverse`, a second time if the first may have lost digits. Raises SingularOperator.
 
-    Multiplied by a number that is no power of two, each stiffness is rounded otherwise, those that are alike alike: what changes
-    in the compliance is not known.
+    The second time, all stiffnesses are multiplied by a number that is no power of two, so that each is rounded
+    differently (equal entries stay equal). The change of the compliance measures its uncertainty.
     """
     found, reciprocal_condition = surface_inverse(matrix, places, surface, symmetric)
     if reciprocal_condition < DOUBTFUL:

@@ -1,7 +1,7 @@
 """Rows of nodes, the paper's binary hierarchy of rows (§2.1.2), interpolants on them (Eq. 8-10), and a slab's stiffness.
 
-The two uppermost rows have equal node spacing, each row below half the intervals of the one above. In L_x, x is from 0 to 1,
-z from 0 at the surface to -L_z/L_x. Nodes are numbered row by row from the surface down, left to right.
+The two uppermost rows have equal node spacing; each row below has half the intervals of the row above. In L_x, x is
+from 0 to 1, z from 0 at the surface to -L_z/L_x. Nodes are numbered row by row from the surface down, left to right.
 """
 
 from collections.abc import Callable, Sequence
@@ -127,10 +127,10 @@ def across(grid: Grid, row: int) -> tuple[NDArray[np.int64], Basis]:
 
 
 def support_mask(grid: Grid, support: Support) -> NDArray[np.bool_]:
-    """Mask of the nodes with u = 0 and of those with w = 0, shape (2, nodes). `bonded`: u = 0 along the bottom.
+    """Masks of the nodes with u = 0 and of the nodes with w = 0, shape (2, nodes). `bonded`: u = 0 along the bottom.
 
-    `frictionless`: u = 0 at the bottom's middle node only; there displacements grow as the logarithm of the refinement.
-    `right_side`: u = 0 along the right side, without its surface corner, which the pin may hold.
+    `frictionless`: u = 0 at the bottom's middle node only; there displacements grow as the logarithm of the
+    refinement. `right_side`: u = 0 along the right side, without its surface corner, which the pin may hold.
     """
     fixed = np.zeros((2, grid.nodes), dtype=np.bool_)
     fixed[0, HELD[support](grid)] = True

@@ -1,10 +1,10 @@
 """Displacements and stresses inside the slab, at every node of its grid, under given nodal forces on the surface (Eq. 11).
 
-Derivatives are those of parabolas along the row and through the three nearest rows; where a row has no node in this column, a
-cubic spline along it gives the value. Linear fields have exact derivatives.
+Derivatives are taken of parabolas along the row and through the three nearest rows; if a row has no node in this
+column, a cubic spline along it gives the value. Linear fields have exact derivatives.
 
-A tall slab (schemes/column.py) has a grid in its two ends only. The lower one bears the stresses of a bar, with the bending
-moment that the shear force adds on the way down.
+A tall slab (schemes/column.py) has a grid in its two ends only. The lower one bears the stresses of a bar, with the
+bending moment that the shear force adds on the way down.
 """
 
 from dataclasses import fields, replace
@@ -88,7 +88,7 @@ def gradient(grid: Grid, values: Vector) -> tuple[Vector, Vector]:
 
 
 def _interpolate_row(grid: Grid, values: Vector, row: int, here: int) -> Vector:
-    """Values of the field of one row, interpolated to the x of the nodes of another row."""
+    """Values of a row's field, interpolated to the x of the nodes of another row."""
     if grid.counts[row] == grid.counts[here]:
         return values
     return np.asarray(scipy.interpolate.CubicSpline(grid.row_x(row), values)(grid.row_x(here)))

@@ -60,7 +60,7 @@ def slide_with_constant_pressures(case: Case, start: ContactState, compliance: C
 def _tangential_end(
     case: Case, compliance: Compliance, start: ContactState, state: TangentialState, outcome: Outcome
 ) -> ContactState:
-    """Build the current contact; its normal fields are those of initial contact."""
+    """Build the current contact; its normal fields are unchanged since initial contact."""
     force = start.nodal_force.copy()
     force[0, state.nodes] = state.shear
     u = compliance.displacements(force, case.effects.coupling)[0]

@@ -106,10 +106,10 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
 def continue_contact(
     compiled: CompiledContact, status: Stop, whole: bool, widest: bool, anew: bool
 ) -> tuple[CompiledContact | None, Stop]:
-    """A compiled contact to go on with after `status`, one of GOING_ON, and DONE or why it cannot go on.
+    """A compiled contact to go on with after `status` (in GOING_ON), and DONE or why it cannot go on.
 
-    widest: whether what follows a window is the whole surface. anew: set up from its own state, as a resumed run is. None if
-    a node beyond the window lies inside the pin.
+    widest: True if the next window is the whole surface. anew: True to set the contact up from its state, as a
+        resumed run does. None if a node beyond the window lies inside the pin.
     """
     followed: CompiledContact | None = compiled
     if status == Stop.WINDOW_TOO_NARROW:
@@ -126,7 +126,7 @@ def continue_contact(
 
 
 def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | None:
-    """The contact set up from its own state; None if a node beyond the window lies inside the pin."""
+    """Set the contact up again from its current state; None if a node beyond the window lies inside the pin."""
     state = contact_value(compiled, COMPLETED)
     if has_node_beyond_window(compiled, state):
         return None

@@ -1,7 +1,7 @@
-"""An interface: contacts of one rigid slider, displaced together, and the sum of their friction records.
+"""An interface: contacts of a rigid slider, displaced together, and the sum of their friction records.
 
-The first contact is the case itself. Each other one has a start, nodes and a place on the profile of its own, and its share of
-the load. They do not feel each other. The sum is in nanoslip.solver.sliding.slider.
+The first contact is the case itself. Each other contact has a different start, different nodes and place on the
+profile, and its share of the load. The contacts do not interact. The sum is in nanoslip.solver.sliding.slider.
 """
 
 import math
@@ -76,7 +76,7 @@ def compressions(drawn: Floats) -> Floats:
 
 
 def interface_contact(case: Case, number: int, share: float = 1.0, places: Ensemble = ALONE) -> Case:
-    """A contact of an interface by its number from 0, as a case of its own."""
+    """A contact of an interface by its number from 0, as a separate case."""
     alone = replace(case, interface=Interface(), normal_load=case.normal_load * share)
     if number == 0:
         return alone

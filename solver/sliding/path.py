@@ -1,4 +1,5 @@
-"""A contact along a path of pin displacement and load: each leg is a friction record in its own direction; and loops' numbers."""
+"""A contact along a path of pin displacement and load: each leg is a friction record that counts its direction as
+forward; and numbers of loops."""
 
 import itertools
 import math
@@ -26,7 +27,7 @@ from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outc
 
 
 def _as_turn(name: str) -> Any:
-    """A field of one leg that `Turns` declares for all."""
+    """A field of a leg that `Turns` declares for all legs."""
     return as_field(replace(quantities(Turns)[name], along=""))
 
 

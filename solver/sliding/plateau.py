@@ -28,8 +28,9 @@ class Plateau(Viewed):
 
     It reaches from event `first_event` at displacement `start` (L_x) to event `last_event` at `end`, just after both.
     mean and std are displacement-weighted integrals over the sawtooth, without approximation. peak: the highest force.
-    drift: mean over its last half less that over its first; halves of whole node spacings if it has two or more.
-    event_drift: events of its last half less those of its first, over their mean.
+    drift: (mean over its last half) - (mean over its first half); halves of whole node spacings if it has two or
+        more.
+    event_drift: (events in its last half - events in its first half) / mean of both.
     """
 
     first_event: int
@@ -136,7 +137,7 @@ def teeth(record: FrictionRecord) -> Teeth:
 
 
 def plateau_of(record: FrictionRecord) -> Plateau:
-    """The steady part of `record`; the outcome is `NO_PLATEAU`, with advice, where there is none."""
+    """The steady part of `record`; without a plateau the outcome is `NO_PLATEAU`, with advice."""
     require_record(record)
     events, whole = len(record.displacement), 0
     begins = RUN_IN * record.presliding_length
@@ -179,8 +180,8 @@ def plateau_of(record: FrictionRecord) -> Plateau:
 def plateau_error(plateaus: Sequence[Plateau]) -> float:
     """The part of the ± of a mean plateau that all its starts share, as F/W; more starts do not reduce it.
 
-    Drift from half to half that chance does not explain (two-way analysis of variance: Searle et al., Variance Components, 1992).
-    NaN of one start.
+    Drift from half to half that chance does not explain (two-way analysis of variance: Searle et al., Variance
+    Components, 1992). NaN for a single start.
     """
     return _drift_error([each.drift for each in plateaus])
 
@@ -200,17 +201,19 @@ def repeats(plateau: Plateau) -> bool:
 
 
 def extreme_error(growth: Sequence[float]) -> float:
-    """The part of the ± of a mean extreme that all its starts share, as their records end somewhere; NaN of one start.
+    """The part of the ± of a mean extreme that all its starts share, as their records end somewhere; NaN for a single
+    start.
 
-    growth: what the later half of each record adds to the first. Where the extreme has a bound that the surface reaches with
-    finite density, its distance from the bound is as the inverse of the length: a half is twice as far from it as the whole,
-    which lacks what the later half added. Two lengths tell that, hence Student's factor for two.
+    growth: extreme of each whole record less the extreme of its first half. If the extreme has a bound that the
+        surface reaches with finite density, its distance from the bound falls as the inverse of the length: a half is
+        twice as far from the bound as the whole, so the whole lacks as much as the later half added. Two lengths show
+        that, hence Student's factor for two.
     """
     return float(student(2)) * abs(float(np.mean(growth))) if len(growth) > 1 else math.nan
 
 
 def _drift_error(drifts: Sequence[float]) -> float:
-    """Error of a mean by what all starts share of its change from half to half; NaN of one start."""
+    """Error of a mean by the part of its change from half to half that all starts share; NaN for a single start."""
     if len(drifts) < 2:
         return math.nan
     mean, scatter = float(np.mean(drifts)), float(np.var(drifts, ddof=1)) / len(drifts)

@@ -155,7 +155,7 @@ def _places(count: int) -> NDArray[np.int64]:
 
 
 def exponent_in_range(exponent: float) -> float:
-    """The exponent of a fit; NaN at the bounds of what is looked for, which are no measurement."""
+    """The exponent of a fit; NaN at the bounds of the search, which are no measurement."""
     return exponent if EXPONENTS[0] < exponent < EXPONENTS[1] else math.nan
 
 

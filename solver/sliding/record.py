@@ -38,11 +38,12 @@ RECORD_Y: Final = Quantity(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class FrictionRecord(Viewed):
-    """The nanoscale friction record of one case: e events, arrays of shape (e,), read-only; two over the surface nodes.
+    """The nanoscale friction record of a case: e events, arrays of shape (e,), read-only; two arrays over the surface
+    nodes.
 
-    Between events the friction force rises linearly with the pin's displacement, at each event it changes at once. Lengths in
-    L_x, forces in G·L_x·L_y, stiffness in G·L_y, energy in G·L_x²·L_y. `to_xarray()` and datasets have forces over W and energies
-    in W·L_x, as their variables say; `friction_before` and `friction_after` are F/W here.
+    Between events the friction force rises linearly with the pin's displacement, at each event it changes at once.
+    Lengths in L_x, forces in G·L_x·L_y, stiffness in G·L_y, energy in G·L_x²·L_y. `to_xarray()` and datasets have
+    forces over W and energies in W·L_x, as their variables say; `friction_before` and `friction_after` are F/W here.
     """
 
     displacement: Floats = quantity("pin displacement", along="event", coordinate=True, symbol="δ_p/L_x", measure="L_x")
@@ -85,8 +86,8 @@ class FrictionRecord(Viewed):
     normal_load: float
     """W."""
     spacing: float
-    """Distance between surface nodes: the period of the surface pattern. Infinite where pressures are constant: then the pin
-    goes on meeting what it met where it touched."""
+    """Distance between surface nodes: the period of the surface pattern. Infinite with constant pressures: the
+    contact then stays on the nodes that the pin touched first."""
     presliding_length: float
     """(μ_i·W + τ_0·area)/K, in L_x: where a contact that stuck as a whole would reach the limits of all its nodes. Infinite if
     K ≤ 0."""
@@ -135,7 +136,8 @@ class FrictionRecord(Viewed):
 
     @property
     def first_half(self) -> "FrictionRecord":
-        """The record up to half of its displacement, where it ends between two events; slips of nodes are those of all of it."""
+        """The record up to half of its displacement, where it ends between two events; slips of nodes still count the
+        whole record."""
         end = 0.5 * self.final_displacement
         count = int(np.searchsorted(self.displacement, end, side="right"))
         force, slope = self.initial_force, self.initial_stiffness
@@ -201,7 +203,7 @@ def presliding_length(limit: float, stiffness: float) -> float:
 
 
 def farthest(case: Case, presliding: float) -> float:
-    """δ_p in L_x at which a record ends at the latest; presliding: length of that, in L_x."""
+    """δ_p in L_x at which a record ends at the latest; presliding: the presliding length, in L_x."""
     if case.max_presliding is None or not presliding:  # without friction nothing preslides
         return case.farthest
     return min(case.farthest, case.max_presliding * presliding)

@@ -207,7 +207,7 @@ def _together(members: Sequence[Values], discrete: bool) -> tuple[list[Floats], 
 
 
 def exponent_over_members(members: Sequence[Floats], fitted: float, discrete: bool) -> tuple[float, float, int]:
-    """The exponent fitted to all members together, its ± and their number; NaN at the bounds of what is looked for."""
+    """The exponent fitted to all members together, its ± and their number; NaN at the bounds of the search."""
     if math.isnan(exponent := power_law.exponent_in_range(fitted)):
         return exponent, math.nan, len(members)
     # The cut-off is looked for without each member anew, as its choice is a part of the error: with that of all members as given
@@ -225,7 +225,7 @@ SIZES: Final = {
     "energy": "energies lost per event, in W·L_x",
     "step": "displacements to the next event, in L_x",
 }
-"""Size -> what is distributed."""
+"""Size -> meaning of the distributed quantity."""
 _REFERENCE: Final = {
     "slips": "mean-field avalanches have 3/2",
     "energy": "Gutenberg and Richter's law with b = 1 has 5/3",
@@ -237,7 +237,7 @@ _NUMBERS: Final = ("exponent", "exponent_uncertainty", "exponent_members", "cuto
 
 
 def _size_fields(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
-    """The fields of one size: name, type, declaration."""
+    """The fields of a size: name, type, declaration."""
     of, reference = f"of {meaning}", f"; {_REFERENCE[size]}" if size in _REFERENCE else ""
     exponent = (
         f"{of}, from {size}_cutoff on, of all members together{reference}; no power law where {size}_goodness is below "

@@ -52,7 +52,8 @@ def shares(case: Case, compliance: Compliance) -> Floats:
 
 
 def _relative_loads(case: Case, compliance: Compliance, compressed: Floats) -> Floats:
-    """Relative forces (N,) on contacts pressed to multiples of one depth, over their mean; the depth follows from them."""
+    """Forces (N,) over their mean, on contacts pressed to multiples `compressed` of a common depth; the depth follows
+    from the mean load."""
     alone = replace(interface_contact(case, 0), effects=Effects(friction=False), slip_rule=SlipRule())
     loads = case.normal_load * 2.0 ** np.arange(-20.0, 8.0)
     loads = loads[loads <= 1.0]
@@ -111,7 +112,7 @@ def _ended(outcome: Outcome) -> SolverError:
 
 
 def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
-    """The portion of one contact. Raises SolverError if it has no record up to `end`."""
+    """The portion of a single contact. Raises SolverError if it has no record up to `end`."""
     case = replace(case, max_presliding=None, max_spacings=None, max_displacement=end)
     start = initial_contact(case, compliance)
     record, last = slide_to_state(case, compliance, start)

@@ -24,7 +24,7 @@ LONGEST_CYCLE: Final = 6000
 
 @dataclass(frozen=True, slots=True, repr=False)
 class EventStatistics(Labels):
-    """Counts and means over the events of one friction record. NaN without events."""
+    """Counts and means over the events of a friction record. NaN without events."""
 
     peak_friction: float = quantity(
         "largest F/W of the record",
@@ -118,7 +118,8 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
 
 
 def node_error(stiffness: Floats, step: float) -> float:
-    """Part of the ± of a mean K that its starts do not show: with it, ± is at least the ± of one start with one node more."""
+    """Part of the ± of a mean K that its starts do not show: with it, ± is at least the effect of another node in a
+    single start."""
     count = len(stiffness)
     if count < 2:
         return math.nan

@@ -34,8 +34,8 @@ FEWEST_IN_PLANE = 50
 """Fewest nodes in contact on a plane of nodes: plateaus are 5 % too high with 14 nodes, 4 with 30, 2 with 52, 1 with 81 and 0.4
 with 204 (means over 8 starts of a ball, ν = 1/3, μ_i = 0.5; held against 455 and 806 nodes)."""
 FEWEST_NODES = 12
-"""Fewest nodes in contact for a continuum: below, pressure, shear and events are those of single nodes. The contact's end,
-resolved to a spacing, is then uncertain by more than a sixth of its half-width."""
+"""Fewest nodes in contact for a continuum: with fewer, single nodes decide pressure, shear and events. The contact's
+end, resolved to a spacing, is then uncertain by more than a sixth of its half-width."""
 NEAR = 0.45
 """Distance of the contact's edge from the slab's end, in half-widths, below which the end counts: there the free side raises
 a pressed parabola's largest pressure by a tenth (6 % at 0.75, 19 % at 0.15), on a slab as tall as wide or taller. Plateaus
@@ -50,8 +50,9 @@ LARGEST_PRESSURE = 0.1
 traction of as much shears the surface by a tenth, too."""
 
 MISSED = 0.5
-"""Share of the slope of a pin's roughness that nodes may miss. Plateaus were within 2.5 % of those at n_x = 1025 below it, and
-4 to 10 % too low at 0.8 to 1: random knots every 0.002 L_x and waves of 0.05 L_x, strip, R = 200, n_x from 65 on."""
+"""Share of the slope of a pin's roughness that nodes may miss. Below it plateaus were within 2.5 % of the plateaus at
+n_x = 1025; at 0.8 to 1 they were 4 to 10 % too low: random knots every 0.002 L_x and waves of 0.05 L_x, strip, R =
+200, n_x from 65 on."""
 MISSING = "within 2.5 % where nodes miss at most 50 %, 4 to 10 % too low at 80 % or more"
 """MISSED in words."""
 FELT = 0.02
@@ -72,8 +73,8 @@ _WIDEN: Final = (
 class Flag(Enum):
     """Validity flag: a limit beyond which a contact is doubtful. It has the bit `mask`, a name, meaning and advice.
 
-    Only older datasets have the bits 64 and 256. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact has
-    the last that applies.
+    Only older datasets have the bits 64 and 256. `near_ends`, `outgrown` and `whole_slab` are degrees of the same
+    problem: a contact has the last flag that applies.
     """
 
     few_nodes = (
@@ -223,7 +224,7 @@ def _fewest_nodes(case: Case, half_width: float, displacement: float) -> int:
 
 
 def contact_flags(case: Case, state: ContactState) -> Flags:
-    """The flags of a contact at one pin position; none of one that was not reached."""
+    """The flags of a contact at a single pin position; no flags for a contact that was not reached."""
     if not state.outcome.ok:
         return ()
     size = int(state.contact.sum())
@@ -297,7 +298,7 @@ def contact_half_width(state: ContactState) -> float:
 
 
 def encode_flags(flags: Flags) -> int:
-    """The flags as bits of one number."""
+    """The flags as bits of an integer."""
     return sum([flag.mask for flag in flags])
 
 

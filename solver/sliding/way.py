@@ -28,7 +28,7 @@ class Way(NamedTuple):
     """δ_p at its end, or the load where the pin rests; NaN where the limits of a case end it."""
 
     def end(self, case: Case, presliding: float) -> float:
-        """Displacement (or load) at the end of the leg. presliding: length of that, in L_x."""
+        """Displacement (or load) at the end of the leg. presliding: the presliding length, in L_x."""
         return farthest(case, presliding) if math.isnan(self.until) else self.until
 
     def stiffness(self, shear_rate: float) -> float:

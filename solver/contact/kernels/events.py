@@ -163,7 +163,8 @@ STEEPEST = 1.0
 """Slope of the pin under a node in contact beyond which forces along and across the slab are not shear and pressure."""
 
 CREATED = 1e-14
-"""Energy that rounding may create in one event, as a share of the load times what it displaces (W² / G)."""
+"""Energy that rounding may create in one event, as a share of W²/G, the load times the displacement that it
+causes."""
 
 PLACE = 0xFFFF
 """Lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties."""
@@ -199,7 +200,7 @@ def rank_ratio(ratio: int, place: int) -> int:
 
 @compiled(inline="always")
 def highest_ranked(cut: int, shifted: int, turned: int) -> int:
-    """The node in the largest rank of either cut, or -1 where there is none. turned: as from `reversing_bits`."""
+    """The node in the largest rank of either cut, or -1 if both are 0. turned: as from `reversing_bits`."""
     return max(cut & PLACE, shifted & PLACE) ^ turned if cut > 0 else -1
 
 
@@ -220,10 +221,11 @@ def worst_violation(
     opposite: float,
     ahead: int,
 ) -> tuple[int, float]:
-    """The node with the largest limited shear over its limit (of ties the one further ahead), or -1; the largest tension.
+    """The node with the largest limited shear over its limit (of ties the node further ahead), or -1; the largest
+    tension.
 
-    A node without shear never counts. Both are maxima of integers, for vector instructions: a ratio's lowest bits hold the node.
-    Ratios nearer than half of the cut coincide in at least one of two cuts, half a step apart.
+    A node without shear never counts. Both are maxima of integers, for vector instructions: a ratio's lowest bits
+    hold the node. Ratios nearer than half of the cut coincide in at least one of two cuts, half a step apart.
     """
     cut, shifted, tension, turned = 0, 0, 0, reversing_bits(ahead)
     for i in range(len(active_friction)):
@@ -242,7 +244,7 @@ def worst_violation(
 
 @compiled()
 def largest_tension(state: KernelState, constants: KernelConstants) -> int:
-    """The node in contact that pulls most, of ties the one further ahead, or -1."""
+    """The node in contact with the largest tension, of ties the node further ahead, or -1."""
     n = len(state.x)
     found, largest = -1, 0.0
     for k in range(n):
@@ -255,7 +257,7 @@ def largest_tension(state: KernelState, constants: KernelConstants) -> int:
 
 @compiled(inline="always")
 def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
-    """The free node that lies deepest inside the pin, of ties the one further ahead, or -1."""
+    """The free node that lies deepest inside the pin, of ties the node further ahead, or -1."""
     n = len(state.x)
     found, deepest = -1, 0.0
     for k in range(n):
@@ -485,8 +487,8 @@ def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, nod
 
 @compiled(inline="always")
 def _soundness(state: KernelState, constants: KernelConstants) -> Stop:
-    """DONE where the end of a cascade means something: all numbers finite (none of the comparisons above sees a NaN), and
-    no node on a flank steeper than STEEPEST."""
+    """DONE if the end of a cascade is valid: all numbers are finite (no comparison above detects a NaN), and no node
+    is on a flank steeper than STEEPEST."""
     for k in range(len(state.response)):
         if not abs(state.response[k]) < np.inf:
             return Stop.NOT_FINITE

@@ -78,7 +78,7 @@ def note_event(events: Events, e: int, scalars: Scalars, force: float, nodes: in
 
 @compiled(inline="always")
 def add_slips(total: NDArray[np.int64], node_slips: NDArray[np.int64]) -> int:
-    """Add the slips of each node (n,) in one event to those of the record; returns how many nodes slipped."""
+    """Add an event's slips of each node, (n,), to the record's totals; returns how many nodes slipped."""
     extent = 0
     for i in range(len(node_slips)):
         total[i] += node_slips[i]
@@ -266,7 +266,7 @@ def has_left_window(
 
 @compiled(inline="always")
 def answer_event(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
-    """The cascade of one event; DONE, or why the event means nothing."""
+    """Run the cascade of an event; DONE, or why the event is invalid."""
     start_event(state.scalars, state.node_slips)
     # Before the cascade, which would hide that the step went too far.
     limits, beyond = limits_together(state, constants.slip), overshoot(state, constants.slip.opposite)

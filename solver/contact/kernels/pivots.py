@@ -1,16 +1,19 @@
-"""Pivots of a tableau: exchanges of one node's two inputs and responses, which rows follow when they are next read.
+"""Pivots of a tableau: each exchanges a node's two inputs and responses. Rows of the tableau follow when they are
+next read.
 
-Row r of the stored tableau is the response to one input. Node k has the entries P = (p, q); R are its two rows, the rows of P,
-and A = R[P] transposed is the block of its own responses to its own inputs. Once they are exchanged, every other row is
+Row r of the stored tableau is the response to one input. Node k has the entries P = (p, q); R are its two rows, the
+rows of P, and A = R[P] transposed is the block of the node's responses to the node's inputs. Once they are exchanged,
+every other row is
 
     r + f R    with    f = -A⁻¹ r[P],    but f itself in the entries P:
 
-f is what both inputs have to be so that the node's former responses are 0. A row that follows the pivots 1 … m adds f_1 R_1 …
-f_m R_m. The entries in the columns of these m nodes decide all f, one after the other; they are few, and are followed first.
-All other entries then take up several pivots in one pass, so that a long row is read from memory once.
+f are the inputs at which the node's former responses are 0. A row that follows the pivots 1 … m adds
+f_1 R_1 … f_m R_m. The entries in the columns of these m nodes decide all f, one after the other; they are few, and
+are followed first. All other entries then take up several pivots in one pass, so that a long row is read from memory
+once.
 
-Pivots of different nodes commute, and two of one node cancel. A row that has followed neither of such a pair may skip both if
-all pivots between them are pairs of the same kind.
+Pivots of different nodes commute, and two pivots of the same node cancel. A row that has followed neither pivot of
+such a pair may skip both if all pivots between them are pairs of the same kind.
 """
 
 from typing import NamedTuple
@@ -105,7 +108,7 @@ def follow_one(tableau: Floats, pivots: Pivots, j: int, end: int, n: int) -> Non
 
 @compiled()
 def add_two(total: Floats, first: float, row_1: Floats, second: float, row_2: Floats) -> None:
-    """total += first·row_1 + second·row_2, in place and in one pass; all of one length."""
+    """total += first·row_1 + second·row_2, in place and in one pass; all arrays of equal length."""
     for k in range(len(total)):
         total[k] += first * row_1[k] + second * row_2[k]
 
@@ -174,7 +177,7 @@ def _add_four(tableau: Floats, i: int, j: int, factors: Floats, rows: Floats, ch
 
 @compiled()
 def _add_one(tableau: Floats, i: int, j: int, factors: Floats, rows: Floats, k: int) -> None:
-    """Add f R of one pivot to two rows of the tableau."""
+    """Add f R of a pivot to two rows of the tableau."""
     a0, a1, b0, b1 = factors[0, k, 0], factors[0, k, 1], factors[1, k, 0], factors[1, k, 1]
     for c in range(tableau.shape[1]):
         r0, r1 = rows[k, 0, c], rows[k, 1, c]

@@ -1,7 +1,8 @@
-"""State of one contact as the kernels hold it, and the constants of a run.
+"""State of a contact as the kernels hold it, and the constants of a run.
 
-`KernelState` is a tuple of arrays over a window of the surface nodes, i = 0 … n-1. Its `tableau` is the slab's compliance after
-a principal pivot on the nodes in contact; the approach is exchanged for the load, which every column then holds:
+`KernelState` is a tuple of arrays over a window of the surface nodes, i = 0 … n-1. Its `tableau` is the slab's
+compliance after a principal pivot on the nodes in contact; the approach is exchanged for the load, which every column
+then holds:
 
     response = inputs @ tableau            (the tableau is stored transposed: row j is the response to input j)
     entry i < n:        u_i is input and f_x,i response in contact; the other way round when free
@@ -116,7 +117,7 @@ class Plane(NamedTuple):
 
 
 class KernelState(NamedTuple):
-    """State of one contact; arrays are changed in place. n nodes in the window, N = 2n + 1 entries."""
+    """State of a contact; arrays are changed in place. n nodes in the window, N = 2n + 1 entries."""
 
     matrix: Floats
     """(2n, 2n) surface compliance; (0, 0) on a plane, where it would be as large as the tableau."""
@@ -255,7 +256,7 @@ def start_event(scalars: Scalars, node_slips: NDArray[np.int64]) -> None:
 
 @compiled()
 def add_row(total: Floats, factor: float, row: Floats) -> None:
-    """total += factor·row, in place; both of one length."""
+    """total += factor·row, in place; both of equal length."""
     for k in range(len(total)):
         total[k] += factor * row[k]
 
@@ -425,7 +426,8 @@ def follow_row(state: KernelState, j: int) -> None:
 
 @compiled()
 def _follow_node(plane: Plane | None, state: KernelState, i: int) -> None:
-    """Let both rows of node i follow: in turn those of a row of nodes, as its rows are short and in a cache."""
+    """Let both tableau rows of node i follow: together on a plane of nodes; one after the other in plane strain, as
+    short rows stay in a cache."""
     if plane is not None:
         follow_two(state.tableau, state.pivots, i, state.scalars.pivots, len(state.x))
     else:
@@ -517,8 +519,8 @@ def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
 
 @compiled(fastmath={"reassoc"})
 def _displacement_of_entry(compliances: Floats, forces: Floats) -> tuple[float, float]:
-    """Displacement of one entry by forces, and the sum of magnitudes, summed in any order, as ordered sums take several times as
-    long as a pivot."""
+    """Displacement of an entry by forces, and the sum of magnitudes; summed in any order, as ordered sums take
+    several times as long as a pivot."""
     total, moved = 0.0, 0.0
     for k in range(len(forces)):
         by = compliances[k] * forces[k]
@@ -567,7 +569,7 @@ def _displace_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
 def _displacement_by_run(
     ux: Floats, uz: Floats, wx: Floats, wz: Floats, f_x: Floats, f_z: Floats
 ) -> tuple[float, float, float]:
-    """u and w of one node by the forces of others, and the sum of magnitudes of w."""
+    """u and w of a node by the forces on other nodes, and the sum of magnitudes of w."""
     u, w, moved = 0.0, 0.0, 0.0
     for k in range(len(f_x)):
         u += ux[k] * f_x[k] + uz[k] * f_z[k]

@@ -34,8 +34,8 @@ class Motion(NamedTuple):
     """Mean F̃ over K: only a longer slip is macroscopic."""
     duration: float
     instant: float
-    """Time after a segment's start within which an extremum of the velocity is ignored: a phase of 1e-8 of the fastest
-    motion, which changes the velocity by the square of that. It is rounding."""
+    """Time after a segment's start within which an extremum of the velocity is ignored: a phase of 1e-8 of the
+    fastest motion. It changes the velocity by the square, 1e-16, which is rounding."""
     most_slips: int
     """Number of macroscopic slips after which the run ends."""
     recorded: float
@@ -61,7 +61,8 @@ class PinState(NamedTuple):
 
 
 class Slip(NamedTuple):
-    """A stretch of motion faster than the stick velocity, while it lasts, and the sum of those too short to be macroscopic."""
+    """A stretch of motion faster than the stick velocity, while it lasts, and the sum of stretches too short to be
+    macroscopic."""
 
     sliding: bool
     climbing: bool

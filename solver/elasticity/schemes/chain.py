@@ -34,7 +34,7 @@ class Chain(Scheme):
     """Blocks on springs. It has no height, no Poisson's ratio and no other support: aspect_ratio and poisson do not matter.
 
     leaf_stiffness, foundation_stiffness: per length of surface, in G/L_x; 1 is a layer of height L_x in simple shear.
-    coupling_stiffness: k_c/k_l. The defaults make K and the paper's contact width about those of its slab.
+    coupling_stiffness: k_c/k_l. With the defaults, K and the paper's contact width are about as on the paper's slab.
     """
 
     name = "chain"

@@ -1,12 +1,14 @@
-"""Tall slabs with scheme `galerkin`: only the upper and lower end have a grid, as the stresses between are those of a bar.
+"""Tall slabs with scheme `galerkin`: only the upper and lower end have a grid, as the stresses between them equal
+those in a bar.
 
-Other stresses of a surface load decay with depth as exp(-4.2 z/L_x), beside a held right side as exp(-2.1 z/L_x): roots of
-sin 2γ = ±2γ (Saint-Venant; Fadle, Papkovich). So a slab taller than TALL is one of height TALL, the `trunk`, with a bar inserted
-half-way: stresses linear in x for its axial force N and moment M, a parabola for its shear force Q, and the energy per height
-(N²/E' + M²/(E'I) + 6/5 Q²)/2 with E' = 2/(1 - ν) and I = 1/12 in the solver's units.
+Other stresses of a surface load decay with depth as exp(-4.2 z/L_x), beside a held right side as exp(-2.1 z/L_x):
+roots of sin 2γ = ±2γ (Saint-Venant; Fadle, Papkovich). So a slab taller than TALL is a slab of height TALL, the
+`trunk`, with a bar inserted half-way: stresses linear in x for its axial force N and moment M, a parabola for its
+shear force Q, and the energy per height (N²/E' + M²/(E'I) + 6/5 Q²)/2 with E' = 2/(1 - ν) and I = 1/12 in the
+solver's units.
 
-The compliance of the held end under a bending moment adds a part that grows with the height: it is read from the trunk's field.
-A held right side bears shear force and moment, so that only N is left.
+The compliance of the held end under a bending moment adds a part that grows with the height: it is read from the
+trunk's field. A held right side bears shear force and moment, so that only N is left.
 """
 
 import math

@@ -3,8 +3,8 @@
 The slab is cut into strips of three node rows. In a strip both displacements are Σ_k L_k(z) φ_k(x): L_k are the Lagrange
 quadratics through its rows, φ_k is piecewise quadratic over the nodes of row k (elements two spacings wide). Every row's
 intervals are halves or doubles of its neighbour's, so all φ_k lie in the piecewise quadratics of the strip's finest row:
-fields are continuous, there are no hanging nodes, and the strip is one row of ordinary nine-node elements once each φ_k
-is prolonged to that mesh. The virtual work of the stresses (Eq. 3),
+fields are continuous, there are no hanging nodes, and the strip becomes a row of ordinary nine-node elements if each
+φ_k is prolonged to that mesh. The virtual work of the stresses (Eq. 3),
 
     ∫ (λ+2)(u_x δu_x + w_z δw_z) + λ(u_x δw_z + w_z δu_x) + (u_z + w_x)(δu_z + δw_x),
 
@@ -12,8 +12,8 @@ is then integrated as products of one-dimensional matrices: with M = ∫p_i p_j,
 K_u = λ G_z⊗D_x + 2 M_z⊗D_x + D_z⊗M_x, K_w = λ D_z⊗G_x + 2 D_z⊗M_x + M_z⊗D_x, C_uw = λ B_z⊗B_xᵀ + B_zᵀ⊗B_x, C_wu = C_uwᵀ.
 All is exact but G, M by two Gauss points: there alone is dilatation resisted. Resisted everywhere it stiffens elements as
 ν → 0.5 (locking: smooth fields were up to ten times less accurate at ν = 0.49 than at 1/3), and costs accuracy at any ν > 0
-(Malkus and Hughes, selective reduced integration). Definite as before: G leaves out some of the dilatation's energy, none
-of the distortion's. In the uppermost strip G = M: with less, odd and even surface nodes would differ more.
+(Malkus and Hughes, selective reduced integration). The matrix stays definite: G omits some energy of dilatation, but no
+energy of distortion. In the uppermost strip G = M: with less, odd and even surface nodes would differ more.
 
 The surface row is piecewise linear instead (a subspace of quadratics of half the width), so that contact and slip
 find all surface nodes alike: a nodal force is ∫ traction·hat.
@@ -55,7 +55,8 @@ MOST_ROWS_PER_LEVEL = 1024
 class Galerkin(GridScheme):
     """Settings of the finite elements. Values in place of None:
 
-    rows_per_level: 2; coarsest_row: 2^q + 1 nodes, a spacing of at most min(1, aspect_ratio)/16; bottom_row: an eighth of that.
+    rows_per_level: 2; coarsest_row: 2^q + 1 nodes, a spacing of at most min(1, aspect_ratio)/16; bottom_row: 8 times
+        as many intervals, at most those of the surface.
     """
 
     name = "galerkin"
@@ -125,7 +126,7 @@ def _cells(grid: Grid, strip: int) -> int:
 
 
 def _element_blocks(grid: Grid, strip: int, width: float, poisson: float) -> tuple[Dense, Dense, Dense]:
-    """K_u, K_w and C_uw of one element of a strip, (9, 9) each; its nodes row by row from the top, left to right."""
+    """K_u, K_w and C_uw of an element of a strip, (9, 9) each; its nodes row by row from the top, left to right."""
     dilation = lame(poisson)
     depths = tuple(float(depth) for depth in grid.depths[strip : strip + 3] - grid.depths[strip])
     places = (0.0, width / 2, width)
@@ -167,7 +168,7 @@ def _gauss_mass(points: tuple[float, ...], lower: float, upper: float) -> Dense:
 
 
 def _assemble_stiffness(cells: list[int], blocks: Iterable[Dense]) -> Sparse:
-    """Stiffness of all strips, summed over their elements. Each strip has three rows of mesh nodes of its own."""
+    """Stiffness of all strips, summed over their elements. Each strip has three separate rows of mesh nodes."""
     rows, columns, values, first = [], [], [], 0
     for count, block in zip(cells, blocks, strict=True):
         across = 2 * count + 1

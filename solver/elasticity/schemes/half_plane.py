@@ -44,9 +44,10 @@ TANGENTIAL_DATUM, NORMAL_DATUM = 1 / (2 * np.pi), -1 / (2 * np.pi)
 def _require_depth(slab: Slab) -> None:
     """Raise InvalidInput if displacements far from the load have the opposite sign, so that smooth forces do negative work.
 
-    The forces that give way most to a load are those of an adhering punch over the whole surface (Muskhelishvili),
-    (a + x)^(iε - 1/2) (a - x)^(-iε - 1/2), tanh πε = (1 - 2ν)/(2 - 2ν). With ψ, the digamma function, they lower it by
-    (1-ν)/π (ln(D/2a) - γ - Re ψ(1/2 + iε)) - 1/(2π), which has to be positive.
+    Of all forces that bear a given load, the forces under an adhering punch over the whole surface do the least work
+    (Muskhelishvili), (a + x)^(iε - 1/2) (a - x)^(-iε - 1/2), tanh πε = (1 - 2ν)/(2 - 2ν). With ψ, the digamma
+    function, a unit load lowers the punch by (1-ν)/π (ln(D/2a) - γ - Re ψ(1/2 + iε)) - 1/(2π), which has to be
+    positive.
     """
     nu = slab.poisson
     oscillation = math.atanh((1 - 2 * nu) / (2 - 2 * nu)) / math.pi

@@ -10,8 +10,8 @@ surface moves per traction by
                   D = sinh 2ξ + 2ξ; along x without bound as k -> 0, since nothing holds the layer there.
 
 Less the half-plane's, (1-ν)/k along and ±i(1-2ν)/(2k) across, all of it decays as exp(-2ξ). Along, the half-plane's is taken
-with the factor 1 - exp(-2ξ), the image of the force at the height 2H, as its own transform has no bound: what remains is
-smooth and integrated over k by Gauss's rule, with the hat's transform (sin(kh/2)/(kh/2))² as its factor.
+with the factor 1 - exp(-2ξ), the image of the force at the height 2H, as the transform without it has no bound: the
+remainder is smooth and integrated over k by Gauss's rule, with the hat's transform (sin(kh/2)/(kh/2))² as its factor.
 """
 
 import math

@@ -85,8 +85,8 @@ def refresh_shear(state: TangentialState) -> None:
 def _worst_violation(
     shear: Floats, shear_limit: Floats, weights: Floats, tolerance: float, opposite: float, ahead: int
 ) -> int:
-    """The offender with the largest limited shear over its limit, of ties the one further ahead, or -1; without a branch, as in
-    `nanoslip.solver.contact.kernels.events.worst_violation`."""
+    """The node with the largest limited shear over its limit, of ties the node further ahead, or -1; without a
+    branch, as in `nanoslip.solver.contact.kernels.events.worst_violation`."""
     cut, shifted, turned = 0, 0, reversing_bits(ahead)
     for i in range(len(shear)):
         size = limit_shear(shear[i], opposite)
@@ -171,8 +171,8 @@ def _slip_together(state: TangentialState, constants: SlipConstants, first: int)
 
 @compiled()
 def _next_slip(state: TangentialState, opposite: float, blur: float) -> tuple[float, int]:
-    """Smallest step of the pin at which a node reaches its limit, and the node, of ties (see `next_event`) the one further ahead;
-    infinite and -1 if none does."""
+    """Smallest step of the pin at which a node reaches its limit, and the node, of ties (see `next_event`) the node
+    further ahead; infinite and -1 if no node does."""
     nearest, node, m = np.inf, -1, len(state.u)
     for k in range(m):
         i = from_front(k, m, state.scalars.ahead)
@@ -243,7 +243,7 @@ def slide_tangentially(
 
 @compiled(inline="always")
 def _answer_event(state: TangentialState, constants: SlipConstants, node: int) -> Stop:
-    """The slips of one event; DONE, or why the event means nothing."""
+    """Run the slips of an event; DONE, or why the event is invalid."""
     start_event(state.scalars, state.node_slips)
     if overshot(constants, state.limits, _overshoot(state, constants.opposite), len(state.u)):
         return Stop.OVERSHOT
