@@ -48,7 +48,7 @@ from nanoslip.study.toml_text import as_toml
 
 AnyPath = str | os.PathLike[str]
 Campaign = AnyPath | Mapping[str, Any]
-"""A campaign file, the name of one that comes with nanoslip, or the content of one."""
+"""A campaign file, the name of a campaign that comes with nanoslip, or the content of a campaign file."""
 
 Source = AnyPath | xr.Dataset
 """A dataset, its path, or the folder it is in."""
@@ -156,9 +156,10 @@ def fit(
 ) -> Fit:
     """Find the parameters of a campaign that agree with measured numbers, as `nanoslip fit`.
 
-    numbers: variable, symbol, or ratio of two -> (value, ± of one standard deviation), as {"mu_s": (0.3, 0.01)}.
-    vary: parameters to find -> their ranges; default: the campaign's axes. fixed: other parameters; `drive` names a drive.
-    out, jobs, progress: as of `run`. points: the most that are computed.
+    numbers: variable, symbol, or ratio of two -> (value, ± as standard deviation), as {"mu_s": (0.3, 0.01)}.
+    vary: parameters to find -> their ranges; default: the campaign's axes. fixed: other parameters; `drive` names a
+        drive.
+    out, jobs, progress: as of `run`. points: largest number of points to compute.
 
     Raises ManifestError, StoreError; ValueError if too few points have the numbers.
     """
@@ -179,12 +180,13 @@ def fit(
 
 
 def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
-    """The friction records of all members of one case of a campaign, in their order, computed in this process.
+    """The friction records of all members of a campaign's case, in the order of members, computed in this process.
 
-    A dataset has the first member's record alone, and numbers over all. selection: parameters of the case, `radius=50.0`.
+    A dataset has only the first member's record, and means over all members. selection: parameters of the case,
+    `radius=50.0`.
 
-    Raises ManifestError if the campaign is wrong, KeyError for unknown parameters or without such a case, ValueError if several
-    cases are like that, SolverError if the case cannot be computed.
+    Raises ManifestError if the campaign is wrong, KeyError for unknown parameters or without such a case, ValueError
+    if several cases match, SolverError if the case cannot be computed.
 
     >>> import nanoslip
     >>> campaign = {"title": "Peaks", "numerics": {"n_x": 17}, "limits": {"events": 50}, "ensemble": {"members": 3}}
@@ -238,7 +240,7 @@ def open(path: AnyPath, *, si: bool = False) -> xr.Dataset:
     Raises ValueError without [scales].
 
     The dataset has the scalars of the cases, its accessor `.nanoslip` (`nanoslip.study.dataset.access`) records, trajectories and
-    contacts. Axes of one value stay dimensions, so `.sel(radius=200.0)` means the same in every campaign.
+    contacts. Axes with a single value stay dimensions, so `.sel(radius=200.0)` means the same in every campaign.
     """
     given = Path(path)
     if given.suffix == ".toml":

@@ -67,7 +67,8 @@ class _Pattern(NamedTuple):
 
 
 class _Fields(NamedTuple):
-    """The fields of a type: those that are floats whatever they are given, as they are declared and checked, and the rest."""
+    """The fields of a type: fields that are declared as floats, so that every given value becomes a float, and all
+    other fields."""
 
     names: tuple[str, ...]
     numbers: Callable[[Any], Any]
@@ -75,23 +76,23 @@ class _Fields(NamedTuple):
 
 
 class Texts:
-    """Canonical texts of many dataclass values that differ in few of their fields, each from what is alike in them.
+    """Canonical texts of many dataclass values that differ in few fields, each from a text that similar values share.
 
-    A text is made anew only where more differs than parameters of the value itself that are declared as floats.
+    A text is made anew only if the values differ in more than their float parameters.
     """
 
     def __init__(
         self, content: Callable[[Any], Mapping[str, object]], others: Callable[[Any], Hashable] = lambda _: ()
     ) -> None:
-        """content: what is written of a value. Nothing of it may depend on those parameters but entries that are they, by
-        their names, and `others`: whatever else of the content they decide.
+        """content: entries to write for a value. Float parameters may appear there as entries with their names; no
+        other entry may depend on them, except through `others`, which returns everything else that they decide.
         """
         self._content, self._others = content, others
         self._fields: dict[type, _Fields] = {}
         self._patterns: dict[tuple[Hashable, ...], tuple[_Pattern, Any]] = {}
 
     def __call__(self, value: Any) -> CanonicalText:
-        """The text of what is to be written of a value."""
+        """The canonical text of a value's content."""
         its = self._fields.get(type(value)) or self._fields.setdefault(type(value), _canonical_fields(type(value)))
         rest = its.rest(value)
         alike = (self._others(value), *map(id, rest))  # parts are shared, and hashed more slowly than all else is done

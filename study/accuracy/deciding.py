@@ -31,9 +31,9 @@ from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.progress import roughly
 
 FOLDER: Final = "spacings"
-"""Folder beside a dataset with results on other spacings, apart from those that the dataset is made of."""
+"""Folder beside a dataset with results on other node spacings, separate from the results in the dataset."""
 MAIN: Final = ("contact_half_width", "plateau_mean")
-"""Main number of a case that does not slide, and of one that does."""
+"""Main number of a case that does not slide, and of a case that slides."""
 OF_FRICTION: Final = ("plateau_mean", "static_friction", "kinetic_friction")
 """Numbers that are μ_i (and what a strength adds) if slips drop no stress, but for what inertia and damper add."""
 _WITHOUT_DROP: Final = {"critical_velocity": 0.0}
@@ -62,7 +62,7 @@ class Spacing:
     ending: str = ""
     """Outcome of a computation without the number."""
     seconds: float = math.nan
-    """Estimated core seconds of one that was left out."""
+    """Estimated core seconds of a computation that was left out."""
 
     @property
     def has_value(self) -> bool:
@@ -99,7 +99,7 @@ def deciding(
     """Compute a number of a case on finer and coarser nodes.
 
     most: core seconds for each; longer is left out. out: folder of the campaign, where results are kept for the next time.
-    drive: the one that a number of a drive is of; None for the first.
+    drive: the drive of a drive's number; None for the first drive.
     """
     assert case.case is not None
     if drive is None and variable in uncertain_names(KINDS[DRIVE]):

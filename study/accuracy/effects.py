@@ -34,7 +34,7 @@ from nanoslip.study.run.compute import run_task
 Drives = Mapping[str, Drive]
 """Label -> how the pin is pulled."""
 Place = tuple[str, str]
-"""A variable, and the label of its drive where it is a number of one."""
+"""Variable name, and drive label (empty for a number of the case)."""
 Done = dict[str, tuple[TaskResult, float]]
 """Key of a task -> its result and core seconds."""
 
@@ -58,7 +58,7 @@ class Change:
     """Change of a number without an effect: mean over members of the difference, over the mean with everything, and its ±."""
 
     where: str
-    """Number of the case, and the drive where it is a number of one."""
+    """Number of the case, followed by the drive if it is a drive's number."""
     change: float = math.nan
     uncertainty: float = math.nan
     problem: str = ""
@@ -85,14 +85,15 @@ class Influence:
 
     @property
     def uncertainty(self) -> float:
-        """The ± of that mean."""
+        """The ± of `mean`."""
         return math.hypot(*(each.uncertainty for each in self.changes)) / len(self.changes)
 
 
 def select_scenes(manifest: Manifest, cases: Sequence[CampaignCase], count: int, members: int | None = None) -> Scenes:
     """Select `count` of these cases, evenly spread from the first to the last, and as many of their campaign's drives.
 
-    members: None for those of the campaign, at most USUAL_MEMBERS; USUAL_MEMBERS where it has one alone. Raises ManifestError.
+    members: None for the campaign's number, at most USUAL_MEMBERS; USUAL_MEMBERS if the campaign has a single member.
+        Raises ManifestError.
     """
     possible = [case for case in cases if case.case]
     drives = [(each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive]
@@ -232,7 +233,7 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[d
 
 
 def compute_tasks(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
-    """Add the results of tasks, needed ones first, and their core seconds to those that are done."""
+    """Compute tasks, inputs first, and add their results and core seconds to `done`."""
     for _, task in tasks:
         if task.key not in done:
             done[task.key] = measure_time(partial(run_task, task, {key: done[key][0] for key in task.needs}))

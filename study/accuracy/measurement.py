@@ -50,7 +50,7 @@ OBSERVABLES: Final = ("plateau", "static", "kinetic", "step")
 """Mean of F/W on the plateau, μ_s, μ_k, and the mean displacement per event over L_x."""
 
 Reading = dict[str, tuple[float, float]]
-"""Observable -> its mean over independent starts, and the ± of that."""
+"""Observable -> its mean over independent starts, and the ± of the mean."""
 
 
 def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
@@ -76,7 +76,7 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
 
 
 def _measure_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Reading]:
-    """Processor time of the first start's record, and the means of what is read off all of them."""
+    """Processor time of the first start's record, and the means of the observables over all starts."""
     ensemble, compliance = Ensemble(effort.starts), surface_compliance(case.slab)
     first, *others = (ensemble.case(case, number) for number in range(effort.starts))
     record, seconds = measure_time(partial(slide, first, compliance), effort.repeats)

@@ -40,7 +40,7 @@ GRADINGS: Final[tuple[dict[str, int], ...]] = (
     *({"rows_per_level": rows} for rows in (1, 4)),
     {"rows_per_level": 4, "coarsest_row": 33},
 )
-"""Gradings of the Galerkin scheme that are tried besides its own."""
+"""Gradings of the Galerkin scheme that are tried besides the default."""
 REFERENCE: Final[dict[str, Any]] = {"scheme": "galerkin", "coarsest_row": 129, "rows_per_level": 4}
 """Discretization of the reference; its n_x is the effort's."""
 
@@ -79,7 +79,7 @@ def measure_elastic_operator(setup: Setup, effort: Effort) -> Diagram:
 
 
 def _reference(slab: Slab, effort: Effort, widths: tuple[float, ...]) -> tuple[dict[float, dict[str, float]], float]:
-    """Half-width of the contact -> the finest observables, and their largest distance from those of a surface half as fine."""
+    """Half-width of the contact -> the finest observables, and their largest change on a surface half as fine."""
     sizes = (effort.reference_size, (effort.reference_size + 1) // 2)
     fine, coarse = (punch_observables(surface_compliance(reference_slab(slab, size)), widths) for size in sizes)
     return fine, max(_worst(relative_errors(coarse[width], fine[width])) for width in widths)

@@ -28,10 +28,10 @@ from nanoslip.study.manifest.parameters import LIMITS
 USUAL: Final = float(LIMITS["max_presliding"])
 """Length of a record by default, in presliding lengths."""
 MOST_ACROSS_BALL: Final = 33
-"""Largest n_x of a ball: the nodes in contact are the square of those across."""
+"""Largest n_x of a ball: the number of nodes in contact grows as the square of n_x."""
 
 Sample = list[tuple[float, float]]
-"""Plateau, NaN where there is none, and seconds of each member."""
+"""Plateau (NaN without a plateau) and seconds of each member."""
 
 
 def plateaus_of_members(case: Case, length: float, members: int) -> Sample:
@@ -69,7 +69,7 @@ def measure_records(setup: Setup, effort: Effort) -> Diagram:
 
 
 def _dimensions(case: Case, members: int) -> Iterator[Row]:
-    """Cylinder and ball of the same curvature, half-width and spacing; nothing of what is no smooth ball."""
+    """Cylinder and ball of the same curvature, half-width and spacing; no rows unless the case is a smooth pin."""
     if case.heterogeneity.roughness or not case.slab.scheme.continuum or case.slip_rule.residual_shear == 1.0:
         return
     ball = as_ball(case)
@@ -88,7 +88,7 @@ def as_ball(case: Case) -> Case:
 
 
 def _row(knob: str, value: float, found: Sample, truth: Sample) -> Row:
-    """Error of a mean: its own ±, unless it is the reference's, and its distance from the reference."""
+    """Error of a mean: its ± (unless it is the reference's) and its distance from the reference."""
     (values, seconds), (others, _) = (np.array(each).T for each in (found, truth))
     mean, reference = mean_of(values), mean_of(others)
     off = float(np.hypot(mean.uncertainty, mean.mean - reference.mean))

@@ -80,7 +80,8 @@ QUICK: Final = Effort(
 )
 
 ACROSS_BALL: Final = (13, 17, 25, 33)
-"""n_x of a ball: the nodes in contact are the square of those across, and time grows faster than with their square."""
+"""n_x of a ball: the number of nodes in contact grows as the square of n_x, and time faster than the square of the
+nodes."""
 
 
 def measurement_effort(case: Case, quick: bool) -> Effort:
@@ -155,5 +156,5 @@ def discretization_settings(slab: Slab) -> dict[str, Any]:
 
 
 def change_grid(case: Case, **discretization: object) -> Case:
-    """The case on its slab with another grid, the scheme's own values for what is not given. Raises InvalidInput."""
+    """The case with another grid; the scheme's defaults for settings that are not given. Raises InvalidInput."""
     return replace(case, slab=change_discretization(case.slab, discretization))

@@ -1,8 +1,8 @@
-"""Members and length of the records of a case whose author gave none of them: time is spent on what decides its number.
+"""Choose members and record length of a case whose author gave neither, so that time is spent on the larger error.
 
-Two things decide a plateau beside the case itself: where its starts are, and the spacing of its nodes. Members and long records
-reduce the first, which is ±; only more nodes reduce the second. A probe of few nodes measures both. Members and length are then
-the fewest with which ± is a tenth of what half the node spacing would change; what is saved is left for more nodes.
+A plateau has two errors: scatter between starts, and the node spacing. Members and long records reduce the scatter, which is ±;
+only more nodes reduce the second. A probe with few nodes measures both. Members and length are then the smallest for which ± is
+a tenth of the change at half the node spacing; the saved time is left for more nodes.
 """
 
 import math

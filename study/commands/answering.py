@@ -90,7 +90,7 @@ STRESS: Final = "plateau_stress"
 
 
 def number_name(variable: str) -> str:
-    """Title of a number in tables, or the symbol of one with a unit."""
+    """Title of a number in tables; for a number with a unit, its symbol."""
     return (
         summary.SHOWN.get(variable, symbol(variable))
         if variables_by_name()[variable].units == "1"

@@ -40,7 +40,8 @@ class OrderedGroup(click.Group):
 
 
 def _print_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
-    """The version of what computes, as datasets name it: of a source tree its own, whatever was installed from it once."""
+    """Print the version of the running code, as datasets name it; in a source tree the tree's version, even if an
+    older version was installed from it."""
     if asked and not context.resilient_parsing:
         from nanoslip.study.provenance import version  # noqa: PLC0415  no command waits for it
 
@@ -79,7 +80,7 @@ def command(
 ) -> Callable[[Declared], click.Command]:
     """Declare a command by a function of its name with its help; `work` at this place is called with its arguments.
 
-    arguments: those that other commands have, too; its own are decorators of the function.
+    arguments: arguments shared with other commands; further arguments are decorators of the function.
     """
 
     def declare(described: Declared) -> click.Command:
@@ -183,8 +184,8 @@ def new() -> None:
 def check() -> None:
     """Find every problem of campaign files, without computing.
 
-    Each CAMPAIGN is a file, or the name of one that comes with nanoslip. A correct one gets a line with its cases and tasks.
-    In others every problem gets a line: file, key, value and what is allowed.
+    Each CAMPAIGN is a file, or the name of a campaign that comes with nanoslip. A correct campaign gets a line with
+    its cases and tasks. Otherwise every problem gets a line: file, key, value and the allowed values.
 
     Exit codes: 0 all are correct; 2 some are not.
 
@@ -207,11 +208,12 @@ def plan() -> None:
 @flag("--grid", "show_grid", help="Compute on half the node spacing, too, if that takes over 5 s.")
 @flag("--effects", "show_effects", help="Measure what each of its effects changes and costs, too.")
 def explain() -> None:
-    """Explain the cost and the errors of one case of CAMPAIGN.
+    """Explain the cost and the errors of a case of CAMPAIGN.
 
-    KEY=VALUE select the case, and a drive, as those of `show`. The output has the estimated time of its computation. For a
-    computed case it ranks what decides its number: starts, length of the record, node spacing, the stress that a slip drops;
-    each with what it takes to know better. --effects adds the output of `nanoslip effects` for this case.
+    KEY=VALUE select the case, and a drive, as in `show`. The output has the estimated time of its computation.
+    For a computed case it ranks what decides its number: starts, length of the record, node spacing, the stress that
+    a slip drops; each with its remedy. --effects adds the output of `nanoslip effects` for this
+    case.
 
     Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5 --effects
     """
@@ -405,10 +407,11 @@ def trace() -> None:
     """Measure friction in a force that a laboratory recorded.
 
     TEXT_FILE has columns: time or displacement, force, perhaps normal load, found by their names and units. μ_s, μ_k, period,
-    amplitude and rising stiffness come from a fit of Eq. 16-19 to each slip, their ± from what the slips scatter. Of steady
-    sliding there is μ_k alone, of strokes to and fro half their difference, less a drift that they have in common. A column of
-    positions that turn gives loops: energy of a cycle, friction at mid-stroke and at turns, stiffness and slip amplitude. With
-    --over, KEY=VALUE select a computed drive of CAMPAIGN, whose first slip is drawn at the time of that in TEXT_FILE.
+    amplitude and rising stiffness come from a fit of Eq. 16-19 to each slip, their ± from the scatter between slips.
+    Steady sliding gives μ_k alone; strokes to and fro give half their difference, without their common drift. A
+    column of positions that turn gives loops: energy of a cycle, friction at mid-stroke and at turns, stiffness and
+    slip amplitude. With --over, KEY=VALUE select a computed drive of CAMPAIGN, whose first slip is drawn at the time
+    of the first slip in TEXT_FILE.
 
     Example: nanoslip trace lab.csv --time s --force mN --load "2 N" -o lab.png
     """
@@ -454,10 +457,11 @@ def try_case() -> None:
     "-o", "--output", type=NEW_FILE, default="frames.png", help="A strip (.png, .pdf, .svg) or film (.gif, .mp4)."
 )
 def frames() -> None:
-    """Draw the contact of one case of CAMPAIGN, event by event.
+    """Draw the contact of a case of CAMPAIGN, event by event.
 
-    Pressure, shear, slip and F/W are computed from the campaign file; no results are needed. KEY=VALUE select the case by values
-    on its axes. An event is a slip, release or touch of a node; of a path its turns are numbered. 0 is initial contact.
+    Pressure, shear, slip and F/W are computed from the campaign file; no results are needed. KEY=VALUE select the
+    case by values on its axes. An event is a slip, release or touch of a node; of a path its turns are numbered. 0 is
+    initial contact.
 
     Example: nanoslip frames smoke intrinsic_friction=0.5 --events 0:200:10 -o pin.gif
     """

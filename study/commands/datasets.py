@@ -39,9 +39,10 @@ class FewerFinishedError(StoreError):
 
 
 def write_dataset(plan: Plan, store: Store, anew: bool = False, replace: bool = False) -> int:
-    """Write the dataset of the results that are there, and print it; returns how many outcomes are pending.
+    """Write the dataset of all stored results, and print it; returns how many outcomes are pending.
 
-    anew: also where it is there already. replace: also where the one that is there has more finished cases or drives.
+    anew: write it even if it exists. replace: write it even if the existing dataset has more finished cases or
+        drives.
     Raises FewerFinishedError, StoreError.
     """
     if not anew and print_written(plan.manifest, store):
@@ -166,7 +167,7 @@ def error_message(error: KeyError | ValueError) -> str:
 
 
 def single(dataset: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
-    """The part of a dataset that is the one case that parameters single out. Raises Refusal."""
+    """Select the only case of a dataset that matches these parameters. Raises Refusal."""
     try:
         return one_case(dataset, given)
     except (KeyError, ValueError) as error:

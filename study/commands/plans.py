@@ -121,7 +121,7 @@ def ball_lines(plan: Plan) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """A campaign's plan and its progress: what is finished, failed and left."""
+    """A campaign's plan and its progress: finished, failed and remaining tasks."""
 
     campaign: Path
     into: Path
@@ -134,7 +134,7 @@ class Standing:
     remaining: tuple[Task, ...]
     """Tasks that the next run would try."""
     given_up: tuple[Task, ...]
-    """Tasks that it would not: failed, or in need of one that has."""
+    """Tasks that it would not compute: failed tasks, and tasks that need a failed task."""
     foreign: Mapping[str, Origins]
     """Finished results of other software."""
     measured: MeasuredTimes
@@ -170,7 +170,8 @@ def standing(
 
 
 def command_text(command: str, campaign: Path, into: Path, *options: str) -> str:
-    """A command on a campaign, for advice: as it is to be typed, with the folder of its results where that is not its own."""
+    """A command on a campaign, for advice: ready to be typed, with the folder of results if it is not the campaign's
+    default."""
     out = () if into == results_folder(campaign, None) else ("--out", str(into))
     return whole(f"nanoslip {shlex.join([command, str(campaign), *out, *options])}")
 
@@ -197,7 +198,7 @@ LONGEST: Final = 5.0
 
 
 def measure_tasks(plan: Plan) -> MeasuredTimes:
-    """Compute of each kind the longest task that is predicted to take a few seconds at most, and what it needs."""
+    """Compute, for each kind, the longest task that is predicted to take at most a few seconds, and its inputs."""
     from nanoslip.study.accuracy.effects import Done, compute_tasks  # noqa: PLC0415  few plans are measured
 
     places = {task.key: place for place, task in enumerate(plan.tasks)}

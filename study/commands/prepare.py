@@ -136,8 +136,8 @@ def _few(values: Sequence[Value]) -> list[str]:
 def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool, as_json: bool) -> None:
     """Print the plan of a campaign, its remaining tasks, and tasks too large for the memory here.
 
-    ranks: number for which the time is estimated beside that of one, None for the cores here. measure: whether tasks are
-    measured here.
+    ranks: number of ranks for which the time is estimated beside the time on a single rank; None for the cores here.
+    measure: whether tasks are measured here.
     """
     found = plans.standing(campaign, out, plans.measure_tasks if measure else None, sized=True)
     if as_json:
@@ -372,7 +372,7 @@ def _idle(found: plans.Standing, ranks: int) -> Iterator[str]:
 
 
 def _submit(scripts: list[Path]) -> int:
-    """Hand over the scripts, each to start when the one before it has ended, however that ended."""
+    """Submit the scripts; each starts when the script before it has ended, even if that failed."""
     before: list[str] = []
     for path in scripts:
         try:

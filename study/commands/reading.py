@@ -1,4 +1,4 @@
-"""Files of columns: options with units, and sentences on how a file was read, and what was left out of it."""
+"""Files of columns: options with units, and sentences on how a file was read and which parts were left out."""
 
 import math
 from collections.abc import Iterator

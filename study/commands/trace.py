@@ -145,7 +145,8 @@ def show_trace(
     as_json: bool,
     **reading: Any,
 ) -> None:
-    """Print the numbers of a trace, beside those of a computed drive, and draw it. reading: see `TraceReading`."""
+    """Print the numbers of a trace, beside the numbers of a computed drive, and draw it. reading: see
+    `TraceReading`."""
     form = shared.file_format(picture) if picture else ""
     trace, weight, found = TraceReading(**reading).numbers(file)
     if over and trace.unit == "N" and math.isnan(weight):
@@ -188,7 +189,7 @@ def _left_out(source: TraceSource) -> Iterator[str]:
 
 
 def _of_drive(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
-    """The motion of one computed drive, with its numbers. Raises Refusal if it is not one."""
+    """The motion of a computed drive, with its numbers. Raises Refusal unless exactly one drive matches."""
     with find_dataset(source) as dataset:
         try:
             return Accessor(one_case(dataset, assignments(parameters))).trajectory().load()
@@ -197,7 +198,8 @@ def _of_drive(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
 
 
 def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:
-    """A number of a computed drive, whose own kinetic friction is the mean force over time, also of a periodic one."""
+    """A number of a computed drive. Kinetic friction of a periodic trace is compared with the drive's mean force over
+    time."""
     if periodic:
         name = {"mean_force": "kinetic_friction", "kinetic_friction": "fitted_kinetic_friction"}.get(name, name)
     if name not in computed or computed[name].isnull():
@@ -276,7 +278,7 @@ def _draw_over_load(trace: Trace, load: Floats, found: TraceNumbers, form: str) 
 
 
 def _less(label: str, found: TraceNumbers) -> str:
-    """The label of forces, with what was subtracted from them."""
+    """The label of forces, with the subtracted part."""
     subtracted = [name for name, value in (("offset", found.offset), ("drift", found.drift)) if value]
     return f"{label} less {' and '.join(subtracted)}" if subtracted else label
 

@@ -1,4 +1,4 @@
-"""Access to a dataset: the runs of one case, all events of all cases, flat tables."""
+"""Access to a dataset: runs of a case, all events of all cases, flat tables."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -28,9 +28,9 @@ from nanoslip.study.plan.kinds import MEMBER
 
 
 def read_run(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Dataset, xr.Dataset]:
-    """The run of one case in a group, as it stands there, and the case's scalars.
+    """A case's run in a group, with the group's variables, and the case's scalars.
 
-    Raises KeyError if no case is like that, ValueError if several are or the one has no run.
+    Raises KeyError if no case matches, ValueError if several cases match or the case has no run.
     """
     found = select_rows(root, run_id_name(root, name), selection)
     if len(found) != 1:
@@ -61,7 +61,8 @@ def run_id_name(root: xr.Dataset, name: str) -> str:
 
 
 def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] | None:
-    """Sample dimension -> where the runs of these names are; None if there is none of a name."""
+    """Sample dimension -> slices of the runs with these ids; None if any id is empty. Raises ValueError for an
+    unknown id."""
     group = read_groups(root)[name]
     numbers = {label: number for number, label in enumerate(group[name].values.tolist())}
     if not all(isinstance(each, str) and each for each in ids):
@@ -91,8 +92,8 @@ def lay_along_si(root: xr.Dataset) -> xr.Dataset:
 
 
 def read_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
-    """A number of all members of each row, (members,) each: none of a row without a result, the row's own value alone of a
-    parameter and of anything that members do not have each."""
+    """Members' values of a number for each row, (members,) each: empty for a row without a result, and a single value
+    for parameters and other numbers that do not differ between members."""
     try:
         groups = read_groups(rows.root)
     except LostGroupsError:  # numbers alone, as those of joined campaigns
@@ -116,11 +117,12 @@ FRICTION = ("event_force_before", "event_force_after")
 
 
 class Accessor:
-    """Ways to the groups of a dataset of `nanoslip.open`, `nanoslip.run` or `nanoslip.concat`, or of a selection of one.
+    """Ways to the groups of a dataset of `nanoslip.open`, `nanoslip.run` or `nanoslip.concat`, or of a selection from
+    it.
 
     selection: values of coordinates, `intrinsic_friction=0.5, radius=[50.0, 200.0]`.
-    Results have the scalars of their case as variables, its parameters as coordinates. All methods raise KeyError if no case
-    matches; ValueError without such data or groups, or if several cases match instead of one.
+    Results have the scalars of their case as variables, its parameters as coordinates. All methods raise KeyError if
+    no case matches; ValueError without such data or groups, or if several cases match.
     """
 
     def __init__(self, dataset: xr.Dataset) -> None:
@@ -144,7 +146,8 @@ class Accessor:
         return with_coordinates(self._dataset, selection)
 
     def record(self, **selection: Any) -> xr.Dataset:
-        """The friction record of one case over `event`, numbered from 1, with the coordinate `displacement`, and `event_drop`.
+        """The friction record of a case over `event`, numbered from 1, with the coordinate `displacement`, and
+        `event_drop`.
 
         >>> data.nanoslip.record(radius=200).event_force_after.plot(x="displacement")  # doctest: +SKIP
         """
@@ -152,9 +155,11 @@ class Accessor:
         return _dropping(_with(run, case)).assign_coords(event=_numbers(run.sizes["event"]))
 
     def teeth(self, **selection: Any) -> xr.Dataset:
-        """F/W of one case as a line over `point`, with the coordinate `displacement`: both sides of each drop of its record.
+        """F/W of a case as a line over `point`, with the coordinate `displacement`: both sides of each drop of its
+        record.
 
-        Start and end are there, too, if the case has one member: of several the dataset has their means.
+        Start and end are included if the case has a single member; for several members a dataset has only means of
+        both.
         """
         run, case = read_run(self._dataset, "record", selection)
         force = np.column_stack([run[name].values for name in FRICTION]).ravel()
@@ -178,9 +183,10 @@ class Accessor:
         return _dropping(self._joined("record", "event", selection))
 
     def event_sizes(self, size: str = "slips", **selection: Any) -> xr.Dataset:
-        """A size of the events of all members of one case in bins of equal ratio, over `bin` with the coordinate `bin_middle`.
+        """A size of the events of all members of a case, in bins of equal ratio, over `bin` with the coordinate
+        `bin_middle`.
 
-        size: slips, extent, drop, energy or step. Of campaigns with `[outputs] statistics`.
+        size: slips, extent, drop, energy or step. Needs a campaign with `[outputs] statistics`.
         """
         run, case = read_run(self._dataset, "event_sizes", selection)
         if size not in SIZES:
@@ -189,7 +195,8 @@ class Accessor:
         return _with(run.isel(bin=there).drop_vars("bin_of"), case)
 
     def trajectory(self, **selection: Any) -> xr.Dataset:
-        """The motion of the pin of one case and drive over `sample` with the coordinate `time`; its slips over `slip_phase`."""
+        """The motion of the pin of a case and drive over `sample` with the coordinate `time`; its slips over
+        `slip_phase`."""
         return _with(*read_run(self._dataset, "trajectory", selection))
 
     def samples(self, **selection: Any) -> xr.Dataset:
@@ -197,7 +204,8 @@ class Accessor:
         return self._joined("trajectory", "sample", selection)
 
     def path(self, **selection: Any) -> xr.Dataset:
-        """The path of pin and load of one case: F/W over `path_point` with `path_displacement`, its legs over `turn`."""
+        """The path of pin and load of a case: F/W over `path_point` with `path_displacement`, its legs over
+        `turn`."""
         return _with(*read_run(self._dataset, "path", selection))
 
     def paths(self, **selection: Any) -> xr.Dataset:
@@ -205,15 +213,15 @@ class Accessor:
         return self._joined("path", "path_point", selection)
 
     def contact(self, event: int | None = None, **selection: Any) -> xr.Dataset:
-        """Pressure, shear, slip and gap of the surface nodes of one case, with the coordinate `x`.
+        """Pressure, shear, slip and gap of a case's surface nodes, with the coordinate `x`.
 
-        event: of the record, after which the contact is seen; 0 is initial contact. None: all that there are, over `event`
-            where they are several.
+        event: number of the event after which the contact is shown; 0 is initial contact. None: all stored contacts,
+            over `event` if there are several.
         """
         return self._seen("contact", event, selection)
 
     def row(self, **selection: Any) -> xr.Dataset:
-        """Contact of one case after all its events; of a plane of nodes the row with the largest pressure."""
+        """Contact of a case after all its events; on a plane of nodes the row with the largest pressure."""
         seen = self.contact(**selection)
         if "y" not in seen.coords or not np.ptp(seen["y"].values):
             return seen
@@ -222,7 +230,8 @@ class Accessor:
         return seen.isel(contact_node=np.flatnonzero(y == y[int(pressure.reshape(-1, len(y)).max(axis=0).argmax())]))
 
     def interior(self, event: int | None = None, **selection: Any) -> xr.Dataset:
-        """Displacements and stresses of the nodes inside the slab of one case, with the coordinates `x` and `z`; as `contact`."""
+        """Displacements and stresses of the nodes inside a case's slab, with the coordinates `x` and `z`; `event` as
+        in `contact`."""
         return self._seen("interior", event, selection)
 
     def _seen(self, name: str, event: int | None, selection: Selection) -> xr.Dataset:

@@ -30,7 +30,7 @@ class Verdict(IntEnum):
 
 
 def same_bits(one: NDArray[Any], other: NDArray[Any]) -> Any:
-    """Compare the bits of two arrays of one shape, element by element. All NaN are equal, but -0.0 is not 0.0."""
+    """Compare the bits of two arrays of equal shape, element by element. All NaN are equal, but -0.0 is not 0.0."""
     if not (real(one) and real(other)):
         return one == other
     return (np.isnan(one) & np.isnan(other)) | ((one == other) & (np.signbit(one) == np.signbit(other)))
@@ -85,9 +85,10 @@ def find_verdict(
     most: float = 0.0,
     rounding: float = ROUNDING,
 ) -> tuple[Verdict, float]:
-    """Verdict on floats of one shape, and their largest difference over `scale`, a magnitude of the variable.
+    """Verdict on floats of equal shape, and their largest difference over `scale`, a magnitude of the variable.
 
-    errors: standard error of each, or of each element; NaN if unknown. most: combined standard errors by which they may differ.
+    errors: standard error of each, or of each element; NaN if unknown. most: combined standard errors by which they
+        may differ.
     rounding: difference over the scale that rounding may cause.
     """
     if identical(one, other):
@@ -105,7 +106,7 @@ def find_verdict(
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Difference of one variable between two datasets."""
+    """Difference of a variable between two datasets."""
 
     name: str
     verdict: Verdict
@@ -158,7 +159,7 @@ def _short(value: object) -> str:
 
 
 class Runs:
-    """The runs of one group in two datasets: records, trajectories, paths, contacts."""
+    """The runs of a group in two datasets: records, trajectories, paths, contacts."""
 
     def __init__(self, group: variables.Group, both: Sequence[xr.Dataset]) -> None:
         self.group, self._both = group, both

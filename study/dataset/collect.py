@@ -1,8 +1,8 @@
 """Results -> one labelled dataset. The same results give the same bytes, on any machine, in any order.
 
-Scalars lie over the axes of several values if the design is a full product, else over `case`; those of drives over `drive` and
-drive axes too. Records, trajectories, contacts and insides of slabs are groups of contiguous ragged arrays
-(nanoslip.study.dataset.access cuts them apart). Provenance is in the group `software`.
+Scalars lie over the axes with several values if the design is a full product, else over `case`; scalars of drives
+also over `drive` and the axes of drives. Records, trajectories, contacts and insides of slabs are groups of
+contiguous ragged arrays (nanoslip.study.dataset.access cuts them apart). Provenance is in the group `software`.
 """
 
 import hashlib
@@ -63,7 +63,7 @@ class Layout:
     order: tuple[str, ...]
     """Names of the axes in the campaign's order: the last one varies fastest from case to case."""
     drive_axes: dict[str, tuple[Value, ...]]
-    """Axes of the drives, which follow those of the cases."""
+    """Axes of the drives, which follow the axes of the cases."""
     drive_position: Mapping[str, tuple[int, ...]]
     """Label of a drive -> position."""
 
@@ -238,7 +238,7 @@ class CaseVariables:
         self._declare_all(manifest, groups)
 
     def variables(self) -> dict[str, xr.Variable]:
-        """All of them, by name, with what was set."""
+        """All variables by name, with the values set so far."""
         layout, found = self._layout, {}
         for kind in self._waiting:
             self._enter_waiting(kind)
@@ -521,7 +521,8 @@ def count_pending(dataset: xr.Dataset) -> int:
 
 
 def _fewer_finished(found: xr.Dataset, collected: xr.Dataset, kind: str) -> str:
-    """Loss of finished cases, or drives, by number among all, or by name among those that both datasets have."""
+    """Sentence on the loss of finished cases or drives: by number among all, or by name among cases in both
+    datasets."""
     ending = variables.OUTCOMES[kind].ending.name
     if ending not in found or ending not in collected:
         return ""

@@ -110,7 +110,7 @@ _NOT_KNOWN: Final[Judged] = (Verdict.NOT_JUDGED, math.nan)
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """One number or word of one shared case, in both datasets."""
+    """A number or word of a shared case, in both datasets."""
 
     label: dict[str, Value]
     name: str
@@ -134,7 +134,7 @@ def uncertain_numbers(found: Matched) -> Iterator[Observed]:
 
 
 def list_unjudged(found: Matched) -> tuple[list[str], list[str]]:
-    """Numbers without uncertainty: those that differ in any shared case, and the others."""
+    """Numbers without uncertainty: numbers that differ in any shared case, and all others."""
     names = [name for name in _names(found) if not _judged(found, name)]
     same = [name for name in names if identical(*(rows.values(name) for rows in found.both))]
     return [name for name in names if name not in same], same

@@ -33,11 +33,12 @@ _OF_VARIABLES: Final = (_MEANING, "units", "symbol", "comment", "ancillary_varia
 """Attributes of variables that are texts."""
 
 Content = Mapping[str, xr.Dataset]
-"""Name of a group, empty of the root -> what it holds."""
+"""Name of a group (empty for the root) -> its content."""
 
 
 def find_problem(content: Content) -> str:
-    """The first thing in a dataset that `collect` never writes, with what is needed; empty if all is sound."""
+    """Find the first content of a dataset that `collect` never writes, and state the requirement; empty if the
+    dataset is sound."""
     problems = (*_attributes_needs(content[""].attrs), *_variables_needs(content))
     return next(iter(problems), "") or next(_of_runs(content), "")
 
@@ -93,7 +94,7 @@ _ENDINGS: Final = [ending.name for ending, *_ in variables.OUTCOMES.values()]
 
 
 def _variable_needs(name: str, variable: xr.Variable) -> Iterator[str]:
-    """Needs of one variable: those of its attributes, of its type, of its texts."""
+    """Requirements that a variable violates: on its attributes, type and texts."""
     for key, value in variable.attrs.items():
         if isinstance(value, str) and not one_line(value):
             yield f"{printable(str(key), _MOST)}: needs {ONE_LINE}"

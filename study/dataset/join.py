@@ -60,7 +60,7 @@ def _merge_datasets(
 
 
 def _with_axes(root: xr.Dataset, axes: Sequence[str], dims_by_name: Mapping[str, Sequence[str]]) -> xr.Dataset:
-    """Variables of one dataset along their joint dimensions, the added axes with one label each."""
+    """Variables of a dataset along their joint dimensions; each added axis has a single label."""
     labels = {}
     for dim in axes:
         if dim in root.variables:
@@ -142,8 +142,8 @@ def join_datasets(
 ) -> xr.Dataset:
     """Join datasets into one, in memory. Raises NotJoinableError, LostGroupsError.
 
-    sources: names in messages. holes: allow a product with missing cases, which are pending. scalars: join scalars alone,
-        with holes the scalars of any dataset, else those that all have.
+    sources: names in messages. holes: allow a product with missing cases, which are pending. scalars: join scalars
+        alone: with holes the scalars of any dataset, else the scalars in all datasets.
     """
     roots = [with_texts(root) for root in roots]
     _refuse_strangers(roots, sources, scalars)
@@ -237,7 +237,7 @@ def _refuse_names(own: Mapping[Any, Any], needed: Mapping[Any, Any], source: str
 
 
 def _number_cases(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
-    """The datasets; the cases of a list have numbers that continue those of the list before."""
+    """The datasets; case numbers of each list continue the numbers of the list before."""
     first = 0
     numbered = []
     for root in roots:
@@ -251,7 +251,8 @@ def _number_cases(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
 
 
 def _with_equal_labels(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
-    """The datasets with numbers of coordinates that differ in rounding alone made those of the first that has them."""
+    """The datasets with equal labels: coordinates that differ only by rounding get the value from the first dataset
+    that has it."""
     labels: dict[str, NDArray[Any]] = {}
     relabelled = []
     for root in roots:
@@ -293,7 +294,7 @@ def _source_text(attributes: Mapping[Any, Any]) -> str:
 
 
 def _join_group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:
-    """The runs of one group of all datasets in sequence, shared ones once."""
+    """A group's runs of all datasets in sequence; shared runs once."""
     known: set[str] = set()
     parts = []
     for root in roots:

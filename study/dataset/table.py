@@ -83,7 +83,7 @@ class CaseRows:
 
 
 def case_rows(root: xr.Dataset, name: str = "") -> CaseRows:
-    """All rows along which a variable lies; without one those of the outcomes of drives, or of cases without drives."""
+    """All rows of a variable. Default: a row for each drive, or for each case if there are no drives."""
     along = root[name or ending_name(root)].sizes
     sizes = {str(dim): size for dim, size in along.items()}
     return CaseRows(root, sizes, np.arange(int(np.prod(list(sizes.values()), dtype=np.int64))))
@@ -142,7 +142,8 @@ NEAR: Final = 1e-9
 
 
 def nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
-    """Wanted values, with the only one of a coordinate that is nearly a number in place of that number."""
+    """Wanted values; a number becomes the coordinate's value that is nearly equal to it, if there is exactly one such
+    value."""
     if there.dtype.kind not in "iuf" or wanted.dtype.kind not in "iuf" or not there.size:
         return wanted
     known = np.unique(there)
@@ -171,7 +172,7 @@ def read_scales(attributes: Mapping[Any, Any]) -> Scales | None:
 
 
 def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
-    """One case of a dataset, without dimensions of one value; it may have several drives.
+    """Select a case of a dataset, without dimensions of length 1; it may have several drives.
 
     given: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit.
     Raises KeyError if no case matches, ValueError with the remaining choices if several do.
@@ -208,7 +209,8 @@ def author_coordinates(root: xr.Dataset) -> list[str]:
 
 
 def axes_in_step(root: xr.Dataset) -> list[str]:
-    """The axes of a list of cases whose values are taken together, the first ones, then the second ones; none of a table."""
+    """The axes of a list of cases whose values vary together (all first values, then all second values); empty for a
+    table."""
     manifest = _manifest(root)
     together = manifest.get("design") == "zip" and not root.attrs.get("manifest_table")
     return list(manifest.get("axes", ())) if together else []

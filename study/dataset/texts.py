@@ -1,13 +1,15 @@
 """Texts of a dataset as whole numbers in its file, as netCDF has no type for them that every program can handle.
 
-Characters get a dimension, about which xarray cannot turn what it has not read; strings of variable length crash netCDF 4.10
-where a file is open twice and closed once. So a text over dimensions is a number in the file:
+Arrays of characters get another dimension, along which xarray cannot transpose values that it has not read; strings
+of variable length crash netCDF 4.10 if a file is open twice and closed once. So a text over dimensions is a number in
+the file:
 
-- a word of a fixed list, as `outcome` and `regime`, its place in the list: CF's `flag_values` and `flag_meanings`; -1 for none;
-- any other text its name, of 48 bits: a content hash of 12 hexadecimal digits, as `case_id`, its value; another text the first 12
-  digits of its SHA-256, under which the group `texts` has it. Files that are joined keep the meaning of their numbers.
+- a word of a fixed list, as `outcome` and `regime`, its place in the list: CF's `flag_values` and `flag_meanings`; -1
+for none; - any other text its name, of 48 bits: a content hash of 12 hexadecimal digits, as `case_id`, its value;
+  another text the first 12 digits of its SHA-256, under which the group `texts` has it. Files that are joined keep
+  the meaning of their numbers.
 
-Single texts and labels along one dimension stay characters.
+Single texts and labels along a dimension stay characters.
 """
 
 import hashlib
@@ -39,7 +41,7 @@ def are_texts(variable: xr.Variable) -> bool:
 
 
 def encode_texts(variable: xr.Variable, table: TextsByName) -> xr.Variable:
-    """Texts as numbers; adds those that are no content hashes to the table."""
+    """Texts as numbers; adds all texts but content hashes to the table."""
     values = variable.values.ravel().tolist()
     different = dict.fromkeys(map(str, values))
     words = str(variable.attrs.get(_WORD, "")).split()

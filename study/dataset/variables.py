@@ -1,7 +1,7 @@
 """Every variable of a dataset: name, meaning, unit; runs of different length as ragged groups.
 
-The solver declares those of results (nanoslip.solver.parameter); this file adds those of the dataset itself. Lengths are in L_x,
-stiffness in G·L_y, forces over the load W; trajectories of drives are in SI.
+The solver declares variables of results (nanoslip.solver.parameter); this file adds variables of the dataset itself.
+Lengths are in L_x, stiffness in G·L_y, forces over the load W; trajectories of drives are in SI.
 """
 
 import difflib
@@ -42,7 +42,8 @@ def scalars(kind: str) -> list[tuple[str, Quantity]]:
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """Columns of one kind's results: CF contiguous ragged arrays over `sample`, a run of it for each instance of a group."""
+    """Columns of results of the same kind: CF contiguous ragged arrays over `sample`, with a run for each instance of
+    a group."""
 
     kind: str
     sample: str
@@ -55,7 +56,8 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """A group of a dataset: runs of one or several series. Its name is that of the dimension of its instances."""
+    """A group of a dataset: runs of a single series or several. Its name is also the name of its instances'
+    dimension."""
 
     name: str
     series: tuple[Series, ...]
@@ -97,12 +99,13 @@ class Group:
 
     @property
     def of_first_member(self) -> bool:
-        """True if its runs are those of the first member alone, where an ensemble has several."""
+        """True if an ensemble stores runs of its first member only."""
         return not any(each.sample == MEMBER or each.kind == "statistics" for each in self.series)
 
     @property
     def owners(self) -> tuple[Quantity, ...]:
-        """Over the instances: the case of each, and of drives the drive; the first one of those that share it."""
+        """Variables over the instances: the case of each, and for drives the drive. A shared instance has the first
+        case that shares it."""
         return (CASE_ID, DRIVE_NAME) if self.driven else (CASE_ID,)
 
 
@@ -266,9 +269,9 @@ def rows() -> list[Described]:
 
 
 def describe(name: str) -> Described:
-    """One variable, those beside means included.
+    """Describe a variable, also an uncertainty or another variable beside a mean.
 
-    name: its own (also without `_mean`), or its symbol, Greek or Latin. Raises KeyError that names the nearest ones.
+    name: the variable's name (also without `_mean`), or its symbol, Greek or Latin. Raises KeyError that names the nearest ones.
     """
     if name in variables_by_name():
         return variables_by_name()[name]
@@ -298,7 +301,7 @@ def _symbols(names: Sequence[str]) -> dict[str, str]:
 
 @cache
 def variables_by_name() -> dict[str, Described]:
-    """Every variable, those beside means included; of one in several groups the first."""
+    """Every variable by name, including the variables beside means; of variables in several groups the first."""
     return {each.name: each for each in reversed(list(_all(beside=True)))}
 
 
@@ -386,7 +389,8 @@ class Known(NamedTuple):
 
 
 def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantity: Quantity) -> Known:
-    """Mean of a scalar with its ±, as datasets have it. found: scalars of results of one kind, (results, members) each."""
+    """Mean of a scalar with its ±, as datasets have it. found: scalars of results of the same kind, (results,
+    members) each."""
     values = found[name]
     shared = found.get(f"{name}{SHARED_ERROR}", np.zeros_like(values))[:, 0]
     mean, uncertainty, members = mean_of(values, shared)
@@ -426,7 +430,7 @@ def counts() -> set[str]:
 
 
 def fewer(case: xr.Dataset, name: str) -> str:
-    """Remark after a number of one case that fewer members have than were computed: ` (5 of 8)`."""
+    """Remark after a case's number that fewer members have than were computed: ` (5 of 8)`."""
     counts = [each.values.item() for each in member_count_text(case, name)]
     return f" ({counts[0]:.0f} of {counts[1]:.0f})" if counts and 0 < counts[0] < counts[1] else ""
 
@@ -523,12 +527,12 @@ class Samples:
         self._type: np.dtype[Any] | None = None
 
     def add(self, run: NDArray[Any]) -> None:
-        """Append values; all runs are of one type. Raises OSError if the disk refuses."""
+        """Append values; all runs have the same type. Raises OSError if the disk refuses."""
         self._file.write(run.tobytes())
         self._type = run.dtype
 
     def values(self, dtype: DTypeLike) -> NDArray[Any]:
-        """All of them; of this type where there are none."""
+        """All values as one array; empty, of this dtype, if there are none."""
         kind: Any = dtype if self._type is None else self._type
         with self._file as file:
             if file.tell() > HELD:
@@ -538,7 +542,7 @@ class Samples:
 
 
 class Runs:
-    """The runs of one group. Results that several cases share are kept once."""
+    """The runs of a group. Results that several cases share are kept once."""
 
     def __init__(self, group: Group, folder: Path | None = None) -> None:
         """folder: where long columns lie meanwhile."""

@@ -162,7 +162,7 @@ class Finding:
 
 
 def worst_difference(label: str, differences: Sequence[Difference]) -> Finding:
-    """The worst of some differences in a line, and the names of those that are not judged."""
+    """The worst difference in a line, and the names of variables that are not judged."""
     judged = [each for each in differences if each.verdict is not Verdict.NOT_JUDGED]
     verdict, beside = worst(judged), _named([each for each in differences if each.verdict is Verdict.NOT_JUDGED])
     told = sorted((each for each in judged if each.verdict == verdict), key=lambda each: -each.size)
@@ -205,7 +205,8 @@ class Recomputed:
         return lying and identical(self._found["case_id"].values, self._again["case_id"].values)
 
     def shared(self) -> list[Difference]:
-        """Compare each attribute, coordinate and variable without a case of its own; identical ones are listed, too."""
+        """Compare each attribute, coordinate and variable that belongs to no single case; list identical ones,
+        too."""
         found, again = flatten_variables(self._found), flatten_variables(self._again)
         names = sorted({*found, *again})
         missing = [odd(name, "is missing") for name in names if name not in found]
