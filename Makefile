@@ -14,7 +14,7 @@ SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.\(slow\|everyday\)' tests)
 
-.PHONY: run reproduce figures findings kernels test test-changed test-arithmetic test-slow test-all mutants benchmarks hard docs dist lowest check format clean
+.PHONY: run reproduce figures findings kernels test test-arithmetic test-slow test-all mutants benchmarks hard docs dist lowest check format clean
 
 run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
 	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
@@ -41,9 +41,6 @@ kernels: .venv/dev  ## compile what tests run; else each of their processes does
 
 test: kernels  ## the everyday tests, each file's in one process, which makes its fixtures once
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist loadfile -m "not slow"
-
-test-changed: kernels  ## those that changes since SINCE can reach, nearest first; SINCE=main
-	$(BIN)/python -m tests.changed $(or $(SINCE),HEAD) $(SIDE_BY_SIDE) --dist loadfile
 
 # Compiled code without AVX and FMA, and compliances rounded otherwise, which stands for another kernel of linear algebra.
 OTHER_ARITHMETIC := NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= NANOSLIP_TEST_ROUNDING=1

@@ -38,7 +38,7 @@ class DrivenContact(NamedTuple):
 
 
 def pulling(case: Case, compliance: Compliance, drive: Drive) -> Pulled:
-    """The way to pull the pin of a case over its contact, for `nanoslip.solver.dynamics.duration.measured`."""
+    """The way to pull the pin of a case over its contact, for `nanoslip.solver.dynamics.duration.measure_motion`."""
     return partial(_pulled, case, compliance, drive)
 
 

@@ -260,14 +260,14 @@ def _with_equal_labels(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
         for name, coordinate in root.coords.items():
             if coordinate.dtype.kind == "f":
                 known = labels.get(str(name), coordinate.values)
-                own = _replace_with_known(coordinate.values, known)
+                own = _replace_within_rounding(coordinate.values, known)
                 equal[name] = coordinate.copy(data=own)
                 labels[str(name)] = np.union1d(known, own)
         relabelled.append(root.assign_coords(equal))
     return relabelled
 
 
-def _replace_with_known(own: NDArray[Any], known: NDArray[Any]) -> NDArray[Any]:
+def _replace_within_rounding(own: NDArray[Any], known: NDArray[Any]) -> NDArray[Any]:
     """A dataset's numbers, each with one known number within rounding replaced by it; different numbers stay different."""
     near = nearest(known, own)
     # Two of its own numbers may be near one known number: they keep their difference.

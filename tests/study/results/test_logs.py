@@ -67,10 +67,10 @@ def test_each_writer_has_a_log_of_its_own_as_has_one_that_was_closed_and_a_later
 def test_a_process_that_was_forked_has_another_log(tmp_path, environment):
     program = (
         "import os, sys; from pathlib import Path\n"
-        "from nanoslip.study.results.entry import LogWriter; from nanoslip.study.results.entry import packed\n"
+        "from nanoslip.study.results.entry import LogWriter; from nanoslip.study.results.entry import pack_result\n"
         "from tests.study.results.results import ALL\n"
-        "writer = LogWriter(Path(sys.argv[1])); writer.add(packed(ALL[0])); child = os.fork()\n"
-        "writer.add(packed(ALL[1]))\n"
+        "writer = LogWriter(Path(sys.argv[1])); writer.add(pack_result(ALL[0])); child = os.fork()\n"
+        "writer.add(pack_result(ALL[1]))\n"
         "if child: os.waitpid(child, 0)\n"
     )
     subprocess.run([sys.executable, "-c", program, str(tmp_path)], env=environment, check=True)
