@@ -1,1 +1,1 @@
-"""Figures: views of a dataset, a variable over axes, frames of one case, and scripts beside campaigns."""
+"""Figures: views of a dataset, a variable over axes, frames of a case, and scripts beside campaigns."""

@@ -99,13 +99,14 @@ OBSERVED: Final = (
 )
 """Variables of records and drives with their divisors, if these vary; first the ones that a campaign requests on purpose."""
 LOOPED: Final = (("loss_per_cycle", ""), ("turn_friction", "intrinsic_friction"), ("secant_stiffness", ""))
-"""Variables of loops with their divisors; their closure is of one draw, and is not drawn."""
+"""Variables of loops with their divisors. The closure of loops depends on a single random draw, and is left out."""
 AT_REST: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
 """Variables drawn for a contact at rest."""
 
 
 def answers(dataset: xr.Dataset) -> Iterator[View | str]:
-    """A figure for each number that differs between cases, none of a single case; the others in words."""
+    """A figure for each number that differs between cases, and sentences for the other numbers; no figure for a
+    single case."""
     asked = list(_observed(dataset))
     yield from (make_view(points) for points in asked if differs(points))
     yield from words_of_alike([points for points in asked if not differs(points)])

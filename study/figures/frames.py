@@ -1,4 +1,4 @@
-"""Pictures of the model at work: pressure, shear, slip and friction force of one case, event by event."""
+"""Pictures of the model at work: pressure, shear, slip and friction force of a case, event by event."""
 
 import itertools
 import os
@@ -74,7 +74,7 @@ class Unit(NamedTuple):
 
 
 class Units(NamedTuple):
-    """Units of axes; without scales those of the solver."""
+    """Units of axes; the solver's units without scales."""
 
     x: Unit = Unit(1.0, "x/L_x")
     y: Unit = Unit(1.0, "y/L_x")
@@ -88,7 +88,7 @@ class Units(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moments:
-    """Contents of a film of one case."""
+    """Contents of a case's film."""
 
     moments: tuple[Moment, ...]
     record: FrictionRecord | LoadingPath
@@ -104,7 +104,7 @@ class Moments:
 
     @property
     def counted(self) -> str:
-        """Word for what is numbered."""
+        """Name of the numbered moments: event or turn."""
         return "event" if isinstance(self.record, FrictionRecord) else "turn"
 
 
@@ -165,7 +165,7 @@ def _in_si(shown: Sequence[Moment], normal_load: float, scales: Scales) -> Units
     traction = load / (width * scales.slab_depth)
 
     def units(scale: float, symbol: str, values: Iterable[Any], *names: str) -> list[Unit]:
-        """The unit of these axes, whose largest numbers are those of `values`."""
+        """The unit of these axes, chosen for the largest of `values`."""
         factor, prefixed = axis_unit(scale * max(float(np.nanmax(np.abs(each))) for each in values), symbol)
         return [Unit(scale * factor, f"{name} ({prefixed})") for name in names]
 
@@ -255,7 +255,7 @@ def draw_frame(figure: Figure, shown: Moments, moment: Moment) -> None:
 def _draw_maps(maps: Sequence[Any], shown: Moments, moment: Moment, titles: bool = False) -> list[tuple[Any, str]]:
     """Pressure, shear and slip over x and y on three axes; nodes that slipped since the moment before are marked.
 
-    Returns what was drawn, each with its label.
+    Returns the drawn artists, each with its label.
     """
     drawn = []
     rows = int(np.count_nonzero(moment.x == moment.x[0]))

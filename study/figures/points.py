@@ -127,7 +127,7 @@ class Points:
     name: str
     label: str
     values: NDArray[Any]
-    """Numbers, NaN where there is none; or texts, empty if there is none."""
+    """Numbers, NaN if missing; or texts, empty if missing."""
     errors: Floats
     """Uncertainties of the numbers; NaN if unknown."""
     shared: Floats
@@ -255,7 +255,7 @@ def _counts(values: NDArray[Any]) -> NDArray[np.int64]:
 
 
 def _number(rows: CaseRows, name: str) -> tuple[NDArray[Any], Floats, bool]:
-    """A variable and its uncertainty, NaN where there is none, and whether numbers of this sort have one; or texts."""
+    """A variable, its uncertainty (NaN if missing), and whether such numbers have an uncertainty; or texts."""
     values, uncertainty = rows.values(name), variable_description(name).uncertainty
     unknown = np.full(len(rows), np.nan)
     if values.dtype.kind in "OUTS":
@@ -364,7 +364,8 @@ def _twins_in_si(dataset: xr.Dataset) -> dict[str, str]:
 
 
 def convert_axes_to_si(points: Points, dataset: xr.Dataset, words: Collection[str]) -> Points:
-    """Points over coordinates in SI, of those whose names are among these words, in place of the scaled ones."""
+    """Points over coordinates in SI in place of scaled coordinates, for coordinates in SI whose names are among
+    `words`."""
     twins = {name: twin for name, twin in _twins_in_si(dataset).items() if twin in words}
     axes = {}
     for name, values in points.axes.items():

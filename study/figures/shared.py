@@ -92,7 +92,7 @@ def start_statistics(values: NDArray[np.float64], digits: int = 4, scale: float 
 
 
 def exponent(at: Any, values: Any, errors: Any) -> tuple[float, float]:
-    """Fit the exponent of a power law, each value weighted by its relative ±, with its own ±."""
+    """Fit the exponent of a power law, and its ±; each value is weighted by its relative ±."""
     x, y, weight = np.log(at), np.log(values), (values / errors) ** 2
     x0, y0 = (weight @ x) / weight.sum(), (weight @ y) / weight.sum()
     square = weight @ (x - x0) ** 2
@@ -104,7 +104,7 @@ def exponent(at: Any, values: Any, errors: Any) -> tuple[float, float]:
 # A drawing surface at the width of a journal's column, and its files: the same dataset gives the same bytes.
 
 COLUMN: Final = 3.35
-"""Width of one column of a journal, in inches (85 mm)."""
+"""Width of a journal's column, in inches (85 mm)."""
 PAGE: Final = 7.0
 """Width of both columns, in inches (178 mm)."""
 WIDTH: Final = 4.0
@@ -205,7 +205,7 @@ def legend(figure: Figure, **look: Any) -> bool:
 
 
 def image(figure: Figure, form: str) -> bytes:
-    """The figure as a file of one of `FORMATS`. No clock is in it."""
+    """The figure as a file in one of the `FORMATS`, without a time stamp."""
     settings, buffer, dpi = _FORMATS[form], io.BytesIO(), figure.dpi
     with mpl.rc_context(look()):
         canvas = get_registered_canvas_class(form)(figure)
@@ -230,7 +230,7 @@ def edges(places: NDArray[np.float64], axis: Any) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True)
 class CampaignFigure:
-    """A figure of one campaign."""
+    """A figure of a campaign."""
 
     name: str
     title: str
@@ -262,12 +262,12 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class Sort:
-    """Views of one sort."""
+    """Views of the same sort."""
 
     name: str
     title: str
     of: Callable[[xr.Dataset], Iterator[View | str]]
-    """Views that a dataset calls for, and sentences on what is not drawn; none if it has nothing of the sort."""
+    """Views that a dataset calls for, and sentences on omitted views; none if it has no data for this sort."""
 
 
 def format_csv(columns: DrawnColumns) -> str:
@@ -330,7 +330,7 @@ def campaign_scales(dataset: xr.Dataset) -> Scales:
 def analytic_motion(
     case: xr.Dataset, scales: Scales, time: Floats, kinetic: float, static: float, later_static: float
 ) -> ClosedForm:
-    """The motion that Eq. 16-19 give at times (n,), in s from 0 on, for the drive of one case with these coefficients."""
+    """The motion that Eq. 16-19 give at times (n,), in s from 0 on, for a case's drive with these coefficients."""
     given = {name: float(case[name]) for name in ("spring_stiffness", "damping_ratio", "stage_velocity")}
     drive = Drive.from_si(scales, float(case["pin_mass"]), duration=float(time[-1]), **given)
     load, unit = float(case["normal_load"]), scales.time(float(case["pin_mass"]))
@@ -340,7 +340,7 @@ def analytic_motion(
 
 
 def fitted(case: xr.Dataset, scales: Scales | None, time: Floats) -> ClosedForm | None:
-    """Eq. 16-19 with the coefficients that fit the spring force of one case best; None if nothing was fitted."""
+    """Eq. 16-19 with the coefficients that fit a case's spring force best; None if nothing was fitted."""
     if scales is None or len(time) < 2:
         return None
     kinetic, static, later = (float(case[name]) if name in case else np.nan for name in COEFFICIENTS)

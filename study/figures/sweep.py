@@ -58,7 +58,7 @@ def make_panels(points: Points, roles: Roles) -> tuple[list[dict[str, Any]], int
 
 
 def panel_columns(count: int) -> int:
-    """Number of panels side by side, for this number of panels of one sort."""
+    """Number of panels side by side, for a total of `count` panels."""
     return 1 if count == 1 else 2 if count <= 4 else MOST_COLUMNS
 
 
@@ -167,7 +167,7 @@ def far_below(points: Points, series: Points) -> NDArray[np.bool_]:
 
 
 def _heights(points: Points, names: list[str]) -> Floats:
-    """Numbers as they are; words by their places in a row of names; NaN where there is none."""
+    """Numbers as they are; words by their places in `names`; NaN for an empty word."""
     if not points.text:
         return points.values
     order = {name: place for place, name in enumerate(names)}
@@ -182,7 +182,7 @@ def distinct_words(points: Points) -> list[str]:
 
 
 def _named(figure: Figure, **look: Any) -> None:
-    """A legend, if there is anything to be named, in room of its own above the panels."""
+    """Add a legend, if any line has a label, in extra space above the panels."""
     if legend(figure, **look):
         figure.set_figheight(figure.get_figheight() + LEGEND)
 

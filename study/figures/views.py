@@ -31,14 +31,14 @@ HEIGHT: Final = 2.3
 LEGEND_LINE: Final = 0.15
 """Height of a line of a legend, in inches."""
 LONG_NAME: Final = 30
-"""Characters of a name from which it has a line of its own."""
+"""Characters from which a name gets a separate line."""
 MOST_RUNS: Final = len(COLORS)
 """Most runs that are drawn; more are thinned, spread over all axes."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunNeed:
-    """Condition to draw a run of a case: a lower bound of one of its numbers."""
+    """Condition to draw a run of a case: a lower bound on a number of the case."""
 
     variable: str
     least: float
@@ -68,7 +68,7 @@ class RunFamily:
     """Group of the dataset."""
     caption: str
     columns: Callable[[xr.Dataset, DrawnRun], DrawnColumns]
-    """The numbers of one run that are drawn."""
+    """The drawn numbers of a run."""
     draw: Callable[[Any, DrawnColumns, dict[str, Any]], None]
     """Draws one run on axes of matplotlib, with the settings of its main line."""
     axes: dict[str, Any]
@@ -78,7 +78,7 @@ class RunFamily:
     of_all: bool = False
     """True if a run comprises all members of an ensemble, not only the first."""
     together: bool = True
-    """True if several runs share a figure, else each has its own."""
+    """True if several runs share a figure; else each run has a separate figure."""
     height: float = HEIGHT
 
 
@@ -130,7 +130,7 @@ def draw_runs(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
 
 
 FARTHEST_DRAWN: Final = 1e150
-"""Largest number in a figure: squares and widths of what is larger overflow in matplotlib."""
+"""Largest number in a figure: squares and widths of larger numbers overflow in matplotlib."""
 
 
 def _columns_to_draw(family: RunFamily, dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:

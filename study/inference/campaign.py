@@ -30,7 +30,7 @@ from nanoslip.study.results.store import Store
 from nanoslip.study.toml_text import as_toml, from_toml
 
 Compute = Callable[[Plan], Store]
-"""Computes what is left of a plan; returns where the results are."""
+"""Computes the remaining tasks of a plan; returns the store of results."""
 Reasons = Callable[[xr.Dataset], Mapping[Hashable, str]]
 """Lists what ended the cases of a dataset, and what helps, by cause."""
 Ends = tuple[Any, Any]
@@ -40,7 +40,7 @@ TABLE: Final = "points of the fit"
 DECADE: Final = 10.0
 """Ratio of the ends of a range above which it is searched in logarithms by default."""
 LARGEST_MEASURED: Final = 1e100
-"""Largest measured number: its square, and those of its ratios, are floats."""
+"""Largest measured value accepted; squares and ratios must not overflow."""
 _DESIGN: Final = ("design", "points", "design_seed", "table", "axes")
 START: Final = "start"
 START_Y: Final = "start_y"
@@ -213,8 +213,8 @@ def make_question(
 ) -> Question:
     """The inverse problem of a campaign. Raises ManifestError.
 
-    vary: parameter -> the ends of its range, None for those of the campaign; without any all axes of several numbers.
-    fixed: parameter, or setting of a drive -> its value, instead of the campaign's; `drive` -> the name of one drive.
+    vary: parameter -> the ends of its range, None for the campaign's range. Default: all axes with several numbers.
+    fixed: parameter, or setting of a drive -> its value, instead of the campaign's; `drive` -> the name of a drive.
     """
     for name, value, error, _ in targets:
         if not (abs(value) <= LARGEST_MEASURED and 1.0 / LARGEST_MEASURED <= error <= LARGEST_MEASURED):
@@ -266,7 +266,7 @@ def _keys_by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> 
 
 
 def join_plans(plans: Sequence[Plan]) -> Plan:
-    """Join the tasks of several plans into one; its cases are those of the first."""
+    """Join the tasks of several plans into one; its cases are the first plan's."""
     tasks = {task.key: task for plan in plans for task in plan.distinct}
     firsts = {key: first for plan in plans for key, first in plan.firsts.items()}
     return replace(plans[0], distinct=tuple(order_by_stage(tasks.values())), firsts=firsts)

@@ -27,7 +27,8 @@ from nanoslip.study.inference.surrogate import Surrogate, TooFewError, regress
 class Target(NamedTuple):
     """A measured number with its ± (one standard deviation), by the name that it has in a dataset.
 
-    one_start: whether it is of one place on the surface, as a trace, so that what starts scatter is not in its ±.
+    one_start: True if it was measured at a single place on the surface, as a trace is: its ± then lacks the scatter
+        between starts.
     """
 
     name: str
@@ -58,9 +59,9 @@ class Range(NamedTuple):
 
 
 class ComputedPoint(NamedTuple):
-    """Numbers (n, targets) at points (n, parameters) in the unit cube, and what they are off, each (n, targets).
+    """Numbers (n, targets) at points (n, parameters) in the unit cube, and their errors, each (n, targets).
 
-    NaN where there is none.
+    NaN if unknown.
     """
 
     x: Floats
@@ -68,7 +69,7 @@ class ComputedPoint(NamedTuple):
     errors: Floats
     """The ± of each."""
     starts: Floats
-    """The standard deviation of one start."""
+    """The standard deviation over starts."""
     common: Floats
     """The part of ± that is the same draw at all points, as that of starts at the same places."""
     flags: NDArray[np.int64]
@@ -141,10 +142,11 @@ class Fit:
 
     @cached_property
     def noise(self) -> Floats:
-        """Standard deviation (targets,) of a measured number beside the surrogate's error: its ±, and of one start their scatter.
+        """Standard deviation (targets,) of a measured number beside the surrogate's error: its ±, and for a
+        measurement of a single start the scatter between starts.
 
-        That is the same share of the number at all points, as friction is proportional to μ_i. What computed means scatter is no
-        part of it: their starts do, and the surrogate's error contains it.
+        The scatter is the same share of the number at all points, as friction is proportional to μ_i. Scatter of
+        computed means is not added: the surrogate's error contains it.
         """
         there = np.isfinite(self.computed.values + self.computed.starts)
         values, starts = (np.where(there, each, 0.0) for each in (self.computed.values, self.computed.starts))

@@ -1,4 +1,4 @@
-"""Figures of what was inferred: bars of Sobol' indices with their intervals; contours of the parameters that agree."""
+"""Figures of inference: bars of Sobol' indices with their intervals; contours of the parameters that agree."""
 
 import itertools
 from collections.abc import Iterator
@@ -87,7 +87,7 @@ SENSITIVITY: Final = Sort("sensitivity", "What matters", _draw_index_bars)
 FINE: Final = 48
 """Places along each axis of a panel."""
 BEHIND: Final = 96
-"""Points that a panel of two parameters tries for the others: the one that agrees best counts."""
+"""Values of the other parameters that a panel of two parameters tries at each place; the best agreement counts."""
 _SHADES: Final = ("#0b5394", "#9fc5e8")
 """Shades of the sets at 68 and 95 %."""
 
@@ -136,7 +136,8 @@ def _draw_pair(axes: Any, found: Fit, first: int, second: int) -> None:
 
 
 def _draw_parameter_fit(found: Fit) -> Figure:
-    """Draw a fit of one parameter: each number over it, the measured one as a band, and the parameter's interval."""
+    """Draw a fit of a single parameter: each number over it, the measured number as a band, and the parameter's
+    interval."""
     grid = np.linspace(0.0, 1.0, 4 * FINE)[:, None]
     means, errors = found.predict(grid)
     x = found.ranges[0].at(grid[:, 0])

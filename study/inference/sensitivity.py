@@ -245,9 +245,10 @@ def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
 
 
 def point_errors(points: Points, spread: Floats) -> Floats:
-    """The ± of means (n,); where it is unknown, as of records that are too short, what members scatter: the least that it is.
+    """The ± of means (n,). If it is unknown, as for short records, a lower bound: the standard error from the scatter
+    of members.
 
-    spread: standard deviation over members, NaN of one alone.
+    spread: standard deviation over members, NaN for a single member.
     """
     members = np.where(points.members > 1, points.members, np.nan)
     return np.where(np.isfinite(points.errors), points.errors, student(members) * spread / np.sqrt(members))

@@ -1,6 +1,7 @@
-"""Gaussian process regression of one number over parameters, each value with its own ± (Rasmussen and Williams 2006).
+"""Gaussian process regression of a number over parameters, each value with an individual ± (Rasmussen and Williams
+2006).
 
-Parameters lie in the unit cube. Beside the smooth dependence there is scatter: what neither it nor the ± explains.
+Parameters lie in the unit cube. Scatter is the variation that neither the smooth dependence nor the ± explains.
 """
 
 from collections.abc import Callable
@@ -84,7 +85,7 @@ class Surrogate:
     factor: Any
     """Cholesky factor of the values' covariance."""
     surprise: float
-    """Root mean square of what all other values miss of each, in standard errors of that: 1 if errors are what they state."""
+    """Root mean square of leave-one-out residuals over their standard errors: 1 if the stated errors are right."""
     predictivity: float
     """Share of the variance, less that of the ±, that is predicted at each value by all the others.
 

@@ -111,7 +111,7 @@ def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[Problem
 
 
 class _Expansion:
-    """Makes the cases of one campaign."""
+    """Makes the cases of a campaign."""
 
     def __init__(self, manifest: Manifest) -> None:
         self._manifest, self._labels = manifest, common_labels(manifest)
@@ -138,8 +138,8 @@ class _Expansion:
 
 
 def naming(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters that name a case: of an interface, a path, and of those that came later only given ones, as cases had
-    names before them."""
+    """The parameters that name a case. Parameters of an interface or a path, and parameters that were added after
+    cases had names, count only if given."""
     left_out = {name for name in ("spacing_events", "start_y", "strength") if not parameters[name]}
     for part in (Interface(), LoadPath()):
         usual = {name: getattr(part, name) for name in declared(type(part))}

@@ -47,7 +47,8 @@ class Given(NamedTuple):
 
 
 GivenColumns = dict[str, list[Given]]
-"""Word of a parameter -> its values: those of an axis, of a column of the table, or the one of a constant."""
+"""Word of a parameter -> its values: values of an axis, of a column of the table, or the single value of a
+constant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,7 +265,7 @@ class SceneSizes(NamedTuple):
 
 
 class Checker:
-    """Checks the tables of one campaign file and collects its problems.
+    """Checks the tables of a campaign file and collects its problems.
 
     beside: texts of the files that the campaign names, by their keys; None if they are read from disk.
     """
@@ -297,7 +298,8 @@ class Checker:
         return good
 
     def lists(self, table: str, content: Mapping[str, Any], known: Collection[str]) -> Iterator[tuple[str, list[Any]]]:
-        """The axes of a table, with their values. Unknown words are refused, and what is no list of values."""
+        """The axes of a table, with their values. Unknown words are refused, and entries that are no list of
+        values."""
         for word, values in content.items():
             if word in known and isinstance(values, list) and values:
                 yield word, values
@@ -364,7 +366,7 @@ class Checker:
     ) -> dict[str, Any]:
         """The entries of a table whose key is among `names` and whose value `make` takes with `others`; refuse all others.
 
-        names: by default those of the fields that `make` has.
+        names: by default the names of the fields of `make`.
         """
         good, names = {}, names or field_names(make)
         for key, value in content.items():

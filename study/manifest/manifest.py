@@ -100,7 +100,7 @@ class NamedDrive:
 
     @property
     def flat(self) -> dict[str, Any]:
-        """Every parameter but the name, in SI, by name; None for what it does not use."""
+        """Every parameter but the name, in SI, by name; None for parameters that it does not use."""
         own = {name: getattr(self, name) for name in declared(type(self))}
         return own | self.in_si.flat
 
@@ -119,7 +119,7 @@ class CampaignDrive:
     point: Mapping[str, Value]
     """Values on the drive axes; empty without axes."""
     settings: Mapping[str, Value | None]
-    """Every entry of its table but the name, as given where there is no drive; None for what it does not use."""
+    """Every entry of its table but the name, as given if there is no drive; None for entries that it does not use."""
     drive: NamedDrive | None
     """None if its values exclude each other."""
     given: frozenset[str] = frozenset()
@@ -144,7 +144,7 @@ def drive_parameters() -> Mapping[str, Parameter]:
 
 
 def drive_sizes(given: Mapping[str, Sequence[Any]]) -> list[str]:
-    """Pin mass, spring, damping and stage velocity of drives in SI, as `m = 500 g`; without those that are not given."""
+    """Pin mass, spring, damping and stage velocity of drives in SI, as `m = 500 g`; missing ones are left out."""
     stated = {name: each for name, each in drive_parameters().items() if each.symbol}
     found = {name: [each for each in given.get(name, ()) if math.isfinite(each)] for name in stated}
     units = {name: "" if each.unit == "1" else as_written(each.unit) for name, each in stated.items()}
@@ -162,7 +162,7 @@ MOST_TO_TARGET = 96
 MOST_CASES: Final = 10**6
 """Most cases of a campaign, and most drives of a case. A plan of a million takes 1.2 GB."""
 MOST_DRIVEN: Final = 4 * MOST_CASES
-"""Largest number of cases times drives: a plan of that size takes 4 GB."""
+"""Largest number of cases times drives: the largest plan takes 4 GB."""
 KNOWABLE: dict[str, Stage] = {
     "contact_half_width": "contact",
     "approach": "contact",
@@ -342,7 +342,7 @@ class Manifest:
     files: Mapping[str, str]
     """Key that names a file, of `FILE_KEYS` -> the file's text."""
     sha256: str
-    """SHA-256 of the text of the campaign file and of those of the files in `FILE_KEYS`, one after the other."""
+    """SHA-256 of the text of the campaign file followed by the texts of the files in `FILE_KEYS`."""
     title: str
     stages: tuple[Stage, ...]
     design: Design
@@ -387,7 +387,7 @@ class Manifest:
         return self.scales if "scales" in from_toml(self.text) else None
 
     def values_of(self, name: str) -> tuple[Value, ...]:
-        """Values of a parameter of cases: those of its axis, else the one of all cases."""
+        """Values of a parameter of cases: the values on its axis, else the common value of all cases."""
         return self.axes.get(name, (self.fixed.get(name, Case.of({}).flat[name]),))
 
     @property

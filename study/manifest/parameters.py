@@ -118,7 +118,7 @@ def as_typed(value: object) -> str:
 
 
 def settings() -> tuple[str, ...]:
-    """Names of the parameters of a slab's discretization, with those of all schemes."""
+    """Names of the parameters of a slab's discretization, including the parameters of all schemes."""
     return (*(name for name in declared(Slab) if name not in PHYSICS), *SCHEMES.settings())
 
 
@@ -127,8 +127,8 @@ LIMITS: dict[str, int | float] = {"max_events": 100_000, "max_presliding": 8.0, 
 
 A record goes on to two node spacings where that costs under a second for eight starts of 20 nodes, at 2 to 5 μs an event.
 
-How far their means are from those of longer ones is measured by tests.verification.run_in. The limit of events bounds the cost of
-contacts with millions of events in that length."""
+The difference between their means and the means of longer records is measured by tests.verification.run_in. The limit
+of events bounds the cost of contacts with millions of events within `max_presliding`."""
 
 
 MOST_KINDS: Final = 2**14

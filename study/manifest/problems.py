@@ -1,4 +1,4 @@
-"""Problems of a campaign as values: place, key, value, and what is needed. They become sentences in `str` alone."""
+"""Problems of a campaign as values: place, key, value, and requirement. They become sentences in `str` alone."""
 
 import difflib
 import re
@@ -65,12 +65,12 @@ class ManifestError(NanoslipError):
 
     @classmethod
     def of(cls, key: str, value: object = ABSENT, need: str = "", remark: str = "") -> "ManifestError":
-        """An error of one problem, which stands in no file."""
+        """An error of a single problem that is in no file."""
         return cls([Problem(Place(), key, value, need, remark)])
 
     @classmethod
     def in_file(cls, path: Path, need: str = "", remark: str = "", line: int | None = None) -> "ManifestError":
-        """An error of one problem with a whole file, or with a line of it."""
+        """An error of a single problem with a whole file, or with a line of it."""
         return cls([Problem(Place(path_shown(path), "" if line is None else line), "", ABSENT, need, remark)])
 
     def drop_places(self) -> "ManifestError":

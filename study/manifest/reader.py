@@ -1,7 +1,7 @@
-"""Read and check a campaign file. All problems are reported at once: file, key, value and what is allowed.
+"""Read and check a campaign file. All problems are reported at once: file, key, value and the allowed values.
 
-Ranges are not repeated here: each value is tried in the solver's own types (`Case`, `Slab`, `SlipRule`, `Drive`, `Scales`).
-Scales and drives are in SI, the parameters of a case are dimensionless.
+Ranges are not repeated here: each value is tried in the solver's types (`Case`, `Slab`, `SlipRule`, `Drive`,
+`Scales`). Scales and drives are in SI, the parameters of a case are dimensionless.
 """
 
 import hashlib
@@ -541,9 +541,9 @@ def sample_design(design: str, axes: int, count: int, seed: int) -> Floats:
 
 
 def _slabs(numerics: GivenColumns) -> list[dict[str, Value]]:
-    """Parameters of one slab for each scheme of the campaign, with the largest n_x that it takes.
+    """Parameters of a slab for each scheme of the campaign, with the largest n_x that the scheme allows.
 
-    A setting of a scheme that fits none of these slabs fits no case; nor does an n_x.
+    A scheme setting or an n_x that fits no slab of this list fits no case.
     """
     given = {word: [each.value for each in numerics.get(word, [])] for word in ("n_x", "scheme")}
     schemes = [{"scheme": scheme} for scheme in given["scheme"] if not find_refusal(make_case, {"scheme": scheme})]

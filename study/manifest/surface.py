@@ -28,10 +28,11 @@ PIXEL: Final = Parameter("pixel", unit="m")
 class NamedSurface:
     """Measured profile named by a campaign: `roughness = {file = "afm.csv", x = "nm", z = "nm", detrend = "line"}`.
 
-    x, z: units of positions and heights; empty for those of the header, or m if it has none. detrend: polynomial removed from
-    the heights, fitted by least squares; of an image a plane or a paraboloid.
-    An image has columns x, y, z, or is a matrix of heights, line by line along the drag: pixel is then its spacing, as "20 nm",
-    if not the lines `# Width: 5 µm`, `# Height: 5 µm` and `# Value units: nm` above it say so, as Gwyddion writes them.
+    x, z: units of positions and heights; empty for the header's units, or m if it has none. detrend: polynomial
+    removed from the heights, fitted by least squares; of an image a plane or a paraboloid.
+    An image has columns x, y, z, or is a matrix of heights, line by line along the drag: pixel is then its spacing,
+    as "20 nm", if not the lines `# Width: 5 µm`, `# Height: 5 µm` and `# Value units: nm` above it say so, as
+    Gwyddion writes them.
     missing: "fill" takes missing heights of an image as means of their neighbours.
     """
 
@@ -159,7 +160,7 @@ def _is_xyz(source: columns.FileColumns) -> bool:
 
 
 def _read_image(source: columns.FileColumns, given: NamedSurface, stated: Mapping[str, str] | None) -> Surface:
-    """An image of a matrix of heights, with what is stated above it, or of columns x, y, z in any order."""
+    """An image from a matrix of heights with the header above it, or from columns x, y, z in any order."""
     found = _from_columns(source, given) if stated is None else _matrix(source, given, stated)
     height, filled = _fill_holes(found.height, given.missing)
     found = found._replace(height=height)
@@ -228,9 +229,10 @@ def _grid_heights(x: Floats, y: Floats, height: Floats) -> Image:
 
 
 def _fill_holes(height: Floats, missing: Missing) -> tuple[Floats, int]:
-    """Heights of an image without holes, and how many were filled. Raises InvalidInput of holes that may not be filled.
+    """Heights of an image without holes, and how many were filled. Raises InvalidInput if holes may not be filled.
 
-    A hole is what is no number, has no line, or repeats a number that instruments write for it, far from all other heights.
+    A hole is a height that is no number, is missing from the file, or repeats an instrument's sentinel value, far
+    from all other heights.
     """
     holes = ~np.isfinite(height) | _is_sentinel(height)
     count, first = int(holes.sum()), np.argwhere(holes)
@@ -292,7 +294,7 @@ def _filled(height: Floats, holes: NDArray[np.bool_]) -> Floats:
 
 
 def _scale_of(key: str, given: str, column: columns.FileColumn, usual: str = "m") -> float:
-    """Metres of one unit of a column. Raises InvalidInput if its unit is no length and none is given."""
+    """Metres per unit of a column. Raises InvalidInput if its unit is no length and none is given."""
     unit = columns.column_unit(key, given, column, usual)
     require(key, unit, columns.unit_factor(unit, "m") > 0.0, "a unit of length, as nm")
     return columns.unit_factor(unit, "m")

@@ -119,9 +119,9 @@ def kind_of_binary(raw: bytes) -> str:
 
 
 def decode_text(raw: bytes) -> str:
-    """UTF-8, UTF-16 with its mark, or the one-byte letters of Windows, in which all bytes mean something; NumPy's arrays as rows.
+    """UTF-8, UTF-16 with its mark, or Windows-1252, in which every byte is a character; NumPy's arrays as rows.
 
-    Raises InvalidInput of an array that is none of numbers in two dimensions.
+    Raises InvalidInput for an array that is not numeric with two dimensions.
     """
     if raw.startswith(_NUMPY):
         return _rows_of_array(raw)
@@ -393,10 +393,10 @@ def column_unit(key: str, given: str, column: FileColumn, usual: str) -> str:
 
 
 class OneWay(NamedTuple):
-    """Increasing values of the first column (n,), the other columns (m, n), and the lines; and what was mended.
+    """Increasing values of the first column (n,), the other columns (m, n), their lines, and the repairs.
 
-    reversed: the first column falls in the file. restored: places whose rounded values were equal. merged: rows that were
-    averaged with one of the same place.
+    reversed: the first column falls in the file. restored: places whose rounded values were equal. merged: rows that
+        were averaged with another row at the same place.
     """
 
     at: Floats

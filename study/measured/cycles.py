@@ -28,7 +28,7 @@ class Cycle:
     """Eq. 16-19 fitted to a slip: it starts at `start` with the force `static`, and slides against `kinetic`.
 
     driving: static friction, with the damper's force. trough: the force where the pin sticks again. at, fit: the closed form at
-    the times of its stretch. residual: root mean square of what is left.
+    the times of its stretch. residual: root mean square of measured less fitted force.
     """
 
     start: float

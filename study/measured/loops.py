@@ -27,7 +27,7 @@ SLIDES_FROM: Final = 0.2
 
 
 class LoopStroke(NamedTuple):
-    """A stroke from turn to turn: its samples, and +1 of one towards larger positions, else -1."""
+    """A stroke from turn to turn: its samples, and +1 if it goes towards larger positions, else -1."""
 
     first: int
     last: int
@@ -46,7 +46,7 @@ class Loops:
     rigid: bool
     """True if the loop is as stiff as the rig: that of the contact is then not known."""
     begins_at_rest: bool
-    """True if the only cycle begins without force: its loop is wider than those that follow."""
+    """True if the only cycle begins without force: its loop is wider than later loops."""
     position: Floats
     force: Floats
     strokes: tuple[LoopStroke, ...]
@@ -68,9 +68,9 @@ def strokes_between_turns(position: Floats) -> list[LoopStroke]:
 
 
 def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, rig: float = math.inf) -> Loops | None:
-    """Numbers of all whole cycles; None where the stage does not go to and fro.
+    """Numbers of all whole cycles; None if the stage does not go to and fro.
 
-    newtons: of one unit of the force. rig: stiffness in N/m of what is between the stage and the contact.
+    newtons: newtons per unit of the force. rig: stiffness in N/m between the stage and the contact.
     """
     strokes = strokes_between_turns(position)
     if len({stroke.way for stroke in strokes}) < 2:

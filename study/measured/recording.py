@@ -58,7 +58,7 @@ _OF_DIMENSION: Final = {"s": "time", "m": "displacement", "N": "force"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TraceSource:
-    """Provenance of a trace: the file's columns, those that were taken, and what was left out or mended."""
+    """Provenance of a trace: the file's columns, the columns used, omissions and repairs."""
 
     columns: FileColumns
     taken: tuple[str, ...]
@@ -143,7 +143,7 @@ class Trace:
 
 
 class TraceOptions(NamedTuple):
-    """Units of the columns from the user, and names or numbers of the columns; empty for those of the header."""
+    """Units of the columns from the user, and names or numbers of the columns; empty to use the header."""
 
     time: str = ""
     displacement: str = ""
@@ -252,7 +252,7 @@ def _rows_along_way(rows: Rows) -> Rows:
 
 
 def _scale_of_place(key: str, given: str, column: FileColumn) -> float:
-    """SI values of one unit of a time or a displacement."""
+    """Factor to SI of the unit of a time or a displacement."""
     si = "m" if key == "displacement" else "s"
     unit = column_unit(key, given, column, si)
     scale = unit_factor(unit, si)
@@ -261,7 +261,7 @@ def _scale_of_place(key: str, given: str, column: FileColumn) -> float:
 
 
 def _scale_of_load(column: FileColumn, unit: str) -> float:
-    """SI values of one unit of a normal load, or of a normal stress beside a shear stress."""
+    """Factor to SI of the unit of a normal load, or of a normal stress beside a shear stress."""
     si = "Pa" if unit == "Pa" else "N"
     own = column_unit("load", "", column, si)
     scale = unit_factor(own, si)
@@ -270,7 +270,7 @@ def _scale_of_load(column: FileColumn, unit: str) -> float:
 
 
 def _scale_of_force(column: FileColumn, given: str) -> tuple[float, str]:
-    """SI values of one unit of the force, and its SI unit: N, or 1 for a coefficient."""
+    """Factor to SI of the force's unit, and its SI unit: N, or 1 for a coefficient."""
     coefficient = _role(column) == "coefficient" and not given
     unit = column_unit("force", given, column, "1" if coefficient else "N")
     for own in ("N", "1", "Pa"):
@@ -345,9 +345,11 @@ def noise_deviation(force: Floats, width: int = 1) -> float:
 
 
 def outliers(force: Floats) -> NDArray[np.bool_]:
-    """Samples far from the median of their neighbours (Hampel's filter), above all noise; and spikes of one sample in a slip.
+    """Samples far from the median of their neighbours (Hampel's filter), above all noise; and spikes of a single
+    sample in a slip.
 
-    A spike is that much further from both neighbours, to one side, than these and those beside them are apart.
+    A spike differs from both neighbours in the same direction, several times more than
+    the samples around it differ from each other.
     """
     least = NOISE * noise_deviation(force)
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(force, _BESIDE, mode="reflect"), 2 * _BESIDE + 1)

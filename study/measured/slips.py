@@ -79,9 +79,11 @@ def _rests(averages: Averaged) -> bool:
 
 
 def keeps_sliding(averages: Averaged) -> bool:
-    """True if no slip follows the last one for longer than between any two, and the force is level in half of that time.
+    """True if no slip follows the last slip for longer than between any two slips, and the force is level in the second
+    half of the time since then.
 
-    A single slip is compared with the time in which its force rose: how long the stage was at rest before tells nothing.
+    A single slip is compared with the time in which its force rose: how long the stage was at rest before tells
+    nothing.
     """
     at, force, slips = averages.trace.at, averages.trace.force, averages.slips
     if not slips:

@@ -81,7 +81,7 @@ class TraceNumbers:
 
 
 OF_PLACES: Final = ("pull_ends", "slides", "no_stick_slip", "offset")
-"""Flags of one pull that mean nothing for several strokes."""
+"""Flags of a single pull that are meaningless for several strokes."""
 
 
 FRICTIONS: Final = {"static_friction", "kinetic_friction", "mean_force"}
@@ -90,7 +90,7 @@ SILENCING: Final = {"turned", "unsteady", "sensor_limit", "nothing_slides"}
 
 
 class _Pull(NamedTuple):
-    """Facts of a measurement beside its trace: unit of its forces, newtons of one of these, load, velocity and damping."""
+    """Facts of a measurement beside its trace: unit of its forces, newtons per unit, load, velocity and damping."""
 
     unit: str
     newtons: float
@@ -107,10 +107,13 @@ def measure_trace(
     damping: float | None = None,
     rig: float = math.inf,
 ) -> TraceNumbers:
-    """Friction, period, amplitude and stiffness of a trace; of one with positions of a stage that turns also those of its loops.
+    """Friction, period, amplitude and stiffness of a trace; also loop numbers if the trace has positions of a stage
+    that turns.
 
-    load: in N, which makes coefficients of forces. velocity: of the stage, in m/s. damping: ζ of the machine; None to fit it.
-    rig: stiffness of the machine between the stage and the contact, in N/m. Raises InvalidInput of a stress without its load.
+    load: in N, which makes coefficients of forces. velocity: of the stage, in m/s. damping: ζ of the machine; None to
+        fit it.
+    rig: stiffness of the machine between the stage and the contact, in N/m. Raises InvalidInput for a stress without
+        its load.
     """
     if trace.unit == "Pa":
         need = "the column of the normal stress, whose ratio is the friction coefficient; or times the area of contact, as N"
@@ -244,7 +247,7 @@ def _is_triangle(force: Floats) -> bool:
 
 
 def _pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
-    """Numbers of one pull. The part after its end is left out."""
+    """Numbers of a single pull. The part after its end is left out."""
     averages = averaged(trace)
     end = end_of_pull(averages)
     if end * averages.width < FEWEST_POINTS:
@@ -299,7 +302,7 @@ def _averaged_numbers(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
 
 
 def _decays(force: Floats, slips: Sequence[TraceSlip]) -> bool:
-    """True if each peak is below the one before: a pin that slides on and rings, not one that sticks again."""
+    """True if each peak is below the peak before: a pin that slides on and rings, and does not stick again."""
     return bool((np.diff(force[[slip.peak for slip in slips]]) < 0.0).all())
 
 
@@ -373,10 +376,10 @@ def _units(trace: Trace, pull: _Pull) -> dict[str, float | str]:
 
 
 def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Measured]:
-    """Numbers of the chosen cycles. The time to the second slip is none of the others': the first starts from rest.
+    """Numbers of the chosen cycles. The period omits the time to the second slip, as the first slip starts from rest.
 
-    free: the same, each with a damping of its own. What is not known of the damping that all have shifts them together, and it is
-    what these scatter, so their ± is that of the mean.
+    `fitted.free` are the same cycles, each fitted with an individual damping. An error of the common damping shifts
+    all cycles together; it shows in the scatter of the free cycles, so the ± of a mean is taken from them.
     """
 
     cycles, damping = fitted.cycles, fitted.damping
