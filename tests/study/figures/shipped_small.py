@@ -81,6 +81,7 @@ SMALLER: Mapping[str, str] = {
     "limits.events = 2600\noutputs.tractions_at = [2600]",
     "figures/scene": "axes = {normal_load = [1e-4, 1e-3], intrinsic_friction = [0.25, 0.5], support = ['bonded', 'right_side'], "
     "start = [0.0, 0.25, 0.5]}\ndrive_axes.stage_velocity = [2e-4, 2e-3]",
+    "figures/releases": "axes = {strength = [0.0, 1e-7, 1e-6], start = [0.0, 0.25, 0.5, 0.75]}",
     "figures/similar": "axes.start = [0.0, 0.25, 0.5, 0.75]",
     "findings/ball": "axes.n_x = [17, 33]\nensemble.members = 3",
     "findings/extension": "axes.start = [0.0, 0.25, 0.5, 0.75]\nlimits.spacings = 4",
