@@ -1,4 +1,7 @@
-"""Pages that follow from declarations: every key of a campaign, every variable of a dataset, every name of the Python API."""
+"""Tables that follow from declarations: every key of a campaign, every variable of a dataset, every name of the Python API.
+
+`python docs/reference.py` writes them into the pages that show them.
+"""
 
 import inspect
 import re
@@ -106,10 +109,35 @@ def names() -> str:
     return "\n\n".join(parts) + "\n"
 
 
+# Where they are shown.
+
+HERE = Path(__file__).parent
+SHOWN = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
+"""A table in a page, between its name and its end: a visitor of the repository sees what the site shows."""
+
+
+def tables() -> dict[str, str]:
+    """Name of a table that pages show -> its Markdown."""
+    return {f"keys_{name}": text for name, text in tables_of_keys()} | {"variables": variables(), "flags": flags()}
+
+
+def filled_pages() -> Iterator[tuple[Path, str]]:
+    """Each page that shows tables, with the text that it should have."""
+    known = tables()
+    for page in sorted(HERE.glob("*.md")):
+        text = page.read_text("utf-8")
+        if SHOWN.search(text):
+            yield page, SHOWN.sub(lambda shown: f"{shown[1]}\n{known[shown[2]].strip()}\n\n{shown[3]}", text)
+
+
 def write(folder: Path) -> None:
-    """Write what the pages include."""
+    """Write the names of the Python API, which the site includes, and the tables in pages."""
     folder.mkdir(exist_ok=True)
-    texts = {f"keys_{name}.md": text for name, text in tables_of_keys()}
-    texts |= {"variables.md": variables(), "flags.md": flags(), "names.rst": names()}
-    for name, text in texts.items():
-        (folder / name).write_text(text, "utf-8")
+    (folder / "names.rst").write_text(names(), "utf-8")
+    for page, text in filled_pages():
+        if page.read_text("utf-8") != text:
+            page.write_text(text, "utf-8")
+
+
+if __name__ == "__main__":
+    write(HERE / "generated")

@@ -45,6 +45,14 @@ def test_every_variable_is_on_its_page_by_itself_or_with_those_that_differ_by_th
     assert {line.replace("\\|", "").count("|") for line in text.splitlines() if line.startswith("|")} == {6}
 
 
+def test_tables_in_pages_are_those_of_today() -> None:
+    """Else `python docs/reference.py` writes them."""
+    pages = dict(REFERENCE["filled_pages"]())
+    assert {page.name for page in pages} == {"keys.md", "numbers.md", "dataset.md"}
+    for page, text in pages.items():
+        assert page.read_text("utf-8") == text, page
+
+
 def test_every_public_name_is_on_its_page() -> None:
     assert set(re.findall(r":: nanoslip\.(\w+)", REFERENCE["names"]())) == set(nanoslip.__all__)
 
