@@ -173,7 +173,8 @@ NOBODY: Final = Origin()
 def here() -> Origin:
     """Version of this program; BLAS and CPU features are known only after the first computation (`computing_origin`).
 
-    Asks git, which is a process of its own: to be called before MPI starts. The root of a run does, and the others `adopt` it.
+    Runs git, a separate process: call it before MPI starts. The root of a run calls it, and all other processes
+    `adopt` the answer.
     """
     if _adopted:
         return _adopted[0]

@@ -1,4 +1,4 @@
-"""Campaigns and cluster settings that come with nanoslip: those of the source tree, or the copies in an installed package."""
+"""Campaigns and cluster settings that come with nanoslip, in the source tree or as copies in an installed package."""
 
 from pathlib import Path
 
@@ -27,5 +27,5 @@ def starters() -> dict[str, Path]:
 
 
 def campaign_file(given: Path) -> Path:
-    """Campaign file by path or name: an existing file takes precedence over a campaign of that name."""
+    """Campaign file by path or name: an existing file takes precedence over a shipped campaign with the same name."""
     return given if given.exists() else campaign_files().get(given.as_posix(), given)

@@ -235,7 +235,8 @@ def _slide_seconds(case: Case, events: float) -> float:
 
 
 def drive_duration(drive: Drive, case: Case) -> float:
-    """The time that a drive lasts, in its unit; of one that names none about, from the least friction that it may meet."""
+    """The duration of a drive, in its unit; estimated for the least friction possible if the drive has no
+    duration."""
     if drive.duration is not None:
         return drive.duration
     force = min(least_plateau(case), 1e6) * case.total_load

@@ -52,7 +52,7 @@ class Outlook(NamedTuple):
     """Expected flags of the cases, and lengths of their records."""
 
     masks: Sequence[int]
-    """Flags of every case, as bits; none of a refused one."""
+    """Flags of every case, as bits; 0 for a refused case."""
     shortest: float
     """Record in node spacings; infinite if nothing slides."""
     longest: float

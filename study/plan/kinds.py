@@ -91,7 +91,7 @@ class Kind:
     needed: Callable[[Manifest], bool]
     """True if a campaign needs such tasks at all."""
     tasks: Callable[[Case, Manifest], tuple[Wanted, ...]]
-    """Tasks of one case, needed ones first; the last one of a drive is the case's own."""
+    """Tasks of a case, inputs first; the last task of a drive computes the drive itself."""
     parts: tuple[Part, ...] = ()
     """Parts in the order of a dataset's variables."""
     ragged: tuple[Ragged, ...] = ()
@@ -292,7 +292,7 @@ def member_batches(member: Case, ensemble: Ensemble) -> Iterator[Task]:
 
 
 def all_batches(case: Case, ensemble: Ensemble) -> tuple[Task, ...]:
-    """The batches of all members that are certain to be computed; none of a case that is one contact."""
+    """The batches of all members that are certain to be computed; empty for a case with a single contact."""
     if case.interface.contacts == 1:
         return ()
     return tuple(
@@ -559,7 +559,7 @@ ACROSS: Final = frozenset({"y", "node_y", "surface_y"})
 
 
 class PartContents(NamedTuple):
-    """Names of the numbers and columns that results hold of one part."""
+    """Names of the numbers and columns in results that belong to a part."""
 
     scalars: frozenset[str]
     """Declared scalars, and the errors that members share."""
@@ -646,7 +646,7 @@ def task_kinds(manifest: Manifest) -> frozenset[str]:
 
 
 def order_by_stage(tasks: Iterable[Task]) -> Iterator[Task]:
-    """Tasks by kind, intermediate ones before those that use them: no task needs a later one."""
+    """Order tasks by kind, so that no task needs a later task: intermediate tasks precede the tasks that use them."""
     stages: defaultdict[tuple[int, bool], list[Task]] = defaultdict(list)
     places = {kind: place for place, kind in enumerate(KINDS)}
     for task in tasks:

@@ -29,7 +29,7 @@ CaseTasks = Mapping[tuple[str, str], str]
 def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:
     """Order by the cost of a task plus the longest chain that depends on it, so inputs precede their dependents.
 
-    Of equal ones those that need the same follow each other: the solver keeps what it computes of a slab.
+    Tasks of equal cost follow each other if they have the same inputs: the solver caches its values of a slab.
     """
     ordered = list(order_by_stage(sorted(tasks, key=lambda task: task.needs)))
     after: dict[str, float] = {}  # work of the longest chain that hangs on a task, of those that are needed
@@ -115,9 +115,10 @@ class Plan:
         return tuple(sorted((task for task in left if task.key not in lost), key=lambda task: task.key in failed))
 
     def outcomes(self, finished: Mapping[str, Outcome], failed: Mapping[str, Outcome]) -> dict[str, Outcome]:
-        """Outcomes of tasks, including those that cannot start because an input failed.
+        """Outcomes of tasks, including tasks that cannot start because an input failed.
 
-        finished: of the results that are there, which count more than failures. failed: of attempts.
+        finished: outcomes of stored results, which take precedence over failures. failed: outcomes of failed
+            attempts.
         """
         found = {key: outcome for key, outcome in failed.items() if key not in finished}
         tasks = {task.key: task for task in self.distinct} if found else {}
@@ -198,9 +199,9 @@ NOTHING_KNOWN: Final = (PENDING, *(ending.value for ending in UNDONE), Ending.NE
 
 
 def combine_outcomes(kind: str, outcome: Outcome | None, found: Outcome | None) -> Outcome | None:
-    """Combine the outcome of a case with the outcome of one more task, of this kind.
+    """Combine the outcome of a case so far with the outcome of another task of this kind.
 
-    outcome: how it ended up to there. found: how the task did. None: not yet.
+    outcome: of the case so far. found: of the task. None: unfinished.
     """
     if outcome is None or not outcome.usable:
         return outcome
@@ -224,7 +225,7 @@ def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]
 def drive_outcome(
     plan: Plan, case: CampaignCase, drive: CampaignDrive, outcomes: Mapping[str, Outcome]
 ) -> Outcome | None:
-    """Outcome of a drive: that of its case if there is no record to be driven over, else its own; None while unfinished."""
+    """Outcome of a drive, or of its case if there is no record to be driven over; None while unfinished."""
     if case.case is None or drive.drive is None:
         return case.outcome if case.case is None else drive.outcome
     found = outcomes.get(plan.case_tasks[case.case_id].get(("drive", drive.label), ""))
@@ -255,7 +256,7 @@ def _word(outcome: Outcome | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class KindCount:
-    """Tasks of one kind: their number and costs."""
+    """Tasks of a kind: their number and costs."""
 
     all: int
     finished: int

@@ -76,7 +76,7 @@ class Task:
     def planned(
         self, label: Label, cost: float = 0.0, memory: float = 0.0, disk: float = 0.0, limit: float = math.inf
     ) -> "Task":
-        """The task with the fields that a plan adds: its label, and once it is estimated what it costs."""
+        """The task with the fields that a plan adds: its label and, if estimated, its cost."""
         make: Any = Task
         planned: Task = make(*_CONTENT(self), cost, memory, disk, limit, *label)
         return planned
@@ -263,9 +263,9 @@ def path_parameters(case: Case) -> tuple[object, ...]:
 
 
 def deciding_texts(exclusions: tuple[Exclusion, ...]) -> Texts:
-    """Canonical texts of the fields that determine a result, case by case; equal to those of `deciding_fields`.
+    """Canonical texts of the fields that determine a result, case by case; equal to the texts of `deciding_fields`.
 
-    No exclusion depends on a number of the case itself: tests/study/test_canonical.py.
+    No exclusion may depend on a number of the case itself (tests/study/test_canonical.py).
     """
     return Texts(lambda case: deciding_fields(case, exclusions))
 

@@ -154,7 +154,8 @@ class Table:
         return grid
 
     def _cards(self, width: int) -> Iterator[Text]:
-        """Lay out every cell on a line of its own, after its title; of columns beside labels those asked for, if any are."""
+        """Lay out every cell on a separate line, after its title: label columns and requested columns, or all columns
+        if none is requested."""
         last = len(self.header) - 1
         places = [*range(min(self.labels + self.asked, last)), last] if self.asked else range(last + 1)
         for number, row in enumerate(self.rows):
@@ -219,7 +220,8 @@ def print_table(*tables: Table) -> None:
 
 
 def print_sentences(sentences: Iterable[str], style: str = "", stderr: bool = False) -> None:
-    """Print each sentence on lines of its own: as wide as the terminal or COLUMNS, else one, as programs read it.
+    """Print each sentence on separate lines, as wide as the terminal or COLUMNS; on a single line if a program reads
+    the output.
 
     Words that `whole` has joined stay together.
     """

@@ -1,4 +1,4 @@
-"""Lines that can be drawn of one case (friction record, spring force, contact pressure), and drawn in text."""
+"""Lines to draw for a case (friction record, spring force, contact pressure), and text plots."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any, Final, NamedTuple
@@ -51,7 +51,7 @@ def inertial_range(case: xr.Dataset) -> tuple[float, float, float] | None:
 
 
 def _has(case: xr.Dataset, group: str, sample: str) -> bool:
-    """True if a case has a run of its own in a group, with values along a sample dimension."""
+    """True if a case has a run in a group, with values along a sample dimension."""
     name = f"{group}_id"
     own = name in case and not case[name].dims and bool(case[name].item())
     return own and group in read_groups(case) and sample in read_groups(case)[group].dims

@@ -182,12 +182,12 @@ _ELSEWHERE: Final = ("title", "manifest", *(f"manifest_{key}" for key in FILE_KE
 
 
 class Section(NamedTuple):
-    """The figures of one sort."""
+    """The figures of the same sort."""
 
     title: str
     pictures: tuple[PageFigure, ...]
     notes: tuple[str, ...]
-    """Sentences on what is not drawn."""
+    """Sentences on omitted figures."""
 
 
 def place_sections(sections: Sequence[Section]) -> list[tuple[str, Section]]:

@@ -1,4 +1,5 @@
-"""Tables of a dataset: a row for each case, all numbers of one case; advice in sentences, and the error of each number."""
+"""Tables of a dataset: a row for each case, or all numbers of a single case; advice in sentences, and the error of
+each number."""
 
 import functools
 import math
@@ -62,7 +63,7 @@ def format_number(value: float, digits: int) -> str:
 def factor_out_columns(table: Table) -> tuple[Table, list[str]]:
     """Remove columns whose cells are all equal from a table, and return sentences with their values.
 
-    Labels and the last column stay, and a table of one row stays as it is.
+    Labels and the last column stay, and a table with a single row stays as it is.
     """
     if len(table.rows) < 2:
         return table, []
@@ -145,7 +146,8 @@ def answer(case: xr.Dataset) -> str:
 
 
 def answer_numbers(case: xr.Dataset) -> str:
-    """Friction, regime and plateau of one case in a line, of a contact its half-width, of loops their loss and stroke."""
+    """A case's friction, regime and plateau in a line; for a contact its half-width, for loops their loss and
+    stroke."""
     numbers = [f"{_size(case, name)}{SHOWN[name]} {value}" for name, value in answered(case).items()]
     if "cycle_stroke" in case and math.isfinite(case["cycle_stroke"].item()):
         numbers.append(_stroke_words(case))
@@ -368,7 +370,7 @@ def _has_no_cycles(dataset: xr.Dataset, name: str) -> bool:
 
 
 def main_numbers(dataset: xr.Dataset) -> list[str]:
-    """Requested numbers of a campaign: those of [target] and the main ones of its last stage."""
+    """Requested numbers of a campaign: the numbers in [target] and the main numbers of the last stage."""
     named = _target(dataset)[1]
     if "drive_outcome" in dataset:
         named = (*named, "static_friction", "kinetic_friction")
@@ -443,7 +445,8 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def omission_summary(dataset: xr.Dataset) -> list[str]:
-    """One line for each effect that was left out of most members of a drive: of how many drives, and what it may change."""
+    """A line for each effect that was left out of most members of a drive, with the number of drives and the largest
+    change."""
     if _LEFT_OUT.name not in dataset:
         return []
     texts, errors = (np.ravel(dataset[each.name].values) for each in (_LEFT_OUT, _LEFT_OUT_ERROR))
@@ -458,7 +461,7 @@ def omission_summary(dataset: xr.Dataset) -> list[str]:
 def _alike(rows: CaseRows, run: str) -> list[tuple[str, str, list[int]]]:
     """Outcome, cause and positions of cases, or drives, that ended alike by themselves; the most frequent first.
 
-    Messages of one cause are one. Drives that ended as their case did are left out.
+    Messages with the same cause count as the same. Drives that ended as their case did are left out.
     """
     endings, before = (rows.values(variables.OUTCOMES[each].ending.name).tolist() for each in (run, ""))
     groups: dict[tuple[str, str], list[int]] = {}
@@ -497,10 +500,11 @@ def cautions(dataset: xr.Dataset) -> list[str]:
 
 
 def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, str]:
-    """Cause -> a line for each way in which cases, then drives failed: how many, the first of them, why and what to do.
+    """Cause -> a line for each way in which cases, then drives failed: how many, the first of them, why and what to
+    do.
 
-    asked: for cases that miss a requested number, else for the others. A remark of one that completed, as on a number that nobody
-    requested, is no failure.
+    asked: True for cases that miss a requested number, False for all other cases. A remark on a completed case, as on a number
+    that nobody requested, is no failure.
     """
     lines, missed = dict[Hashable, str](), _has_missing_number(dataset) & ~_has_regime_answer(dataset)
     lacking = missed & _without(dataset, main_numbers(dataset))
@@ -539,7 +543,7 @@ def _where(rows: CaseRows, numbers: Sequence[int], what: str = "cases") -> str:
 
 
 def _place(rows: CaseRows, number: int) -> str:
-    """Parameters of one row, the varying ones only."""
+    """Parameters of a row that differ between rows."""
     return label_text({name: rows.at([number]).values(name).tolist()[0] for name in _varying(rows)})
 
 
@@ -600,8 +604,8 @@ SHOWN: Final = {
     "maximum_pressure": "max p·L_x·L_y/W",
     "members": "members",
 }
-"""Variable -> title of its column in tables of cases, on the terminal and on a page; numbers of one case have this order, too.
-What cases are computed for comes first: a narrow terminal leaves out the last ones."""
+"""Variable -> title of its column in tables of cases, on the terminal and on a page; numbers of a single case have
+this order, too. The main results come first, as a narrow terminal leaves out the last columns."""
 _ANSWER: Final = ("static_friction", "kinetic_friction", "regime", "plateau_mean")
 _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
@@ -652,7 +656,8 @@ def longer_record(case: xr.Dataset) -> str:
 
 
 def error_parts(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
-    """Known parts of the error of a number of one case, the largest first. cost: of four times its members, in words."""
+    """Known parts of the error of a case's number, the largest first. cost: cost of four times as many members,
+    in words."""
     value, found = abs(float(case[name])) or math.nan, list[Error]()
     if (error := f"{name}{UNCERTAINTY}") in case:
         shared = float(np.nan_to_num(case.get(f"{name}{SHARED_ERROR}", 0.0)))

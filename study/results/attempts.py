@@ -103,7 +103,7 @@ def _line(content: Mapping[str, Any]) -> str:
 
 
 def _read(line: str, kind: type[Record]) -> Record | None:
-    """A line as it was written, perhaps by another version; None of one that no run wrote."""
+    """Parse a line, perhaps of another version; None for a damaged or foreign line."""
     try:
         content = json.loads(line)
         del content["checksum"]
@@ -152,7 +152,7 @@ class RunRecord:
     processor: str = ""
     """Model of the first process's."""
     features: str = ""
-    """Features of that processor that can change a last bit."""
+    """Processor features that can change a last bit."""
     blas: str = ""
     """Version, and the kernel that it has chosen for that processor."""
     python: str = ""
@@ -168,7 +168,7 @@ class RunRecord:
     core_seconds: float = 0.0
     """Time of all processes together, in tasks."""
     kinds: dict[str, list[float]] = field(default_factory=dict)
-    """Kind of task -> of those with a result: number, seconds predicted, seconds measured."""
+    """Kind of task -> number of tasks with a result, their predicted seconds, their measured seconds."""
     exit_code: int = 0
 
 

@@ -1,7 +1,7 @@
-"""A result as bytes, in a log or in a file of its own.
+"""A result as bytes, in a log or in a separate file.
 
-An entry is a head, the description of the result (JSON), a table of its numbers (JSON) and its arrays as they lie in memory,
-each part filled up to a multiple of ALIGNED bytes. A checksum of all of them finds every change.
+An entry is a head, the description of the result (JSON), a table of its numbers (JSON) and its arrays as they lie in
+memory, each part filled up to a multiple of ALIGNED bytes. A checksum of all of them finds every change.
 """
 
 import errno
@@ -33,7 +33,7 @@ from nanoslip.study.results.files import RANDOM, is_no_file, open_regular
 
 
 class CorruptResultError(Exception):
-    """Bytes are not those of a result as it was written."""
+    """The file is damaged: its bytes differ from the bytes written."""
 
 
 class TornError(CorruptResultError):
@@ -320,7 +320,7 @@ def path_line(head: Head) -> str:
 
 LOGS: Final = ".log"
 SYNC: Final = 1.0
-"""Seconds after which what was added is made to last, too."""
+"""Seconds after which additions are flushed to the disk."""
 _PIECE: Final = 1 << 20
 """Bytes that are read at once."""
 _NAME: Final = re.compile(rf"[0-9]{{6,12}}-[0-9a-f]{{{2 * RANDOM}}}{re.escape(LOGS)}")
@@ -503,7 +503,8 @@ class Logs:
         return self.places.get(key)
 
     def mend(self) -> None:
-        """Read, set aside what is damaged or could not be read; no other process may write. Raises OSError, ResultFormatError."""
+        """Read all logs and set damaged or unreadable parts aside; no other process may write. Raises OSError,
+        ResultFormatError."""
         for path, new in [(path, self._read_log_tail(path)) for path in self._paths()]:  # refused before any is changed
             unread = {fault.begin: fault for fault in self._unread.pop(path, ())}
             if not (faults := [*unread.values(), *new]):
@@ -603,7 +604,7 @@ class Logs:
         return faults
 
     def _enter(self, place: LocatedEntry) -> None:
-        """Enter a result. Of two results of one task the later log counts, as it was computed again."""
+        """Enter a result. Of two results of the same task the later log counts, as the task was computed again."""
         if self.is_rejected(place.head):
             return
         if place.head.meta is UNKNOWN:

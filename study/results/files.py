@@ -212,7 +212,7 @@ def results_folder(campaign: Path, out: Path | None) -> Path:
 
 
 SHARDS: Final = "shards"
-"""Folder of the shards of a campaign, below its own."""
+"""Folder of the shards of a campaign, inside the campaign's folder."""
 MOST_SHARDS: Final = 999_999
 """Parts of a campaign."""
 

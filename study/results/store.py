@@ -101,7 +101,7 @@ class Store:
 
     @_refused()
     def _heads(self) -> dict[str, Head]:
-        """Heads of all sound results; a file of its own takes precedence over a log. Raises StoreError."""
+        """Heads of all sound results; a separate file takes precedence over a log. Raises StoreError."""
         self._logs.look()
         return {**{key: place.head for key, place in self._logs.places.items()}, **self._own_heads()}
 
@@ -134,7 +134,8 @@ class Store:
         return attempts.final(self._out, here().solver)
 
     def write(self, result: TaskResult, shared: bool = False) -> None:
-        """Keep a result; shared: in a file of its own, as other tasks read it. Raises StoreError if the disk refuses."""
+        """Keep a result; shared: in a separate file, as other tasks read it. Raises StoreError if the disk
+        refuses."""
         content = entry.pack_result(result)
         with failing(f"{self.folder}: cannot write {result.key}"):
             if shared:
@@ -272,7 +273,7 @@ class Lease:
         return self.lost
 
     def _taken(self, scratch: Path) -> bool:
-        """Put our file there where nothing is, or in the place of what is stale; whether that was done. Raises StoreError."""
+        """Create the lock file or replace a stale lock file; returns True on success. Raises StoreError."""
         line = self._line()
         if not line:
             return self._has_link(scratch, self._path)
@@ -464,7 +465,7 @@ def _place(path: Path, results: Path) -> Path:
 
 
 def try_writing(folder: Path) -> None:
-    """Create a folder and a file in it, before what it takes is computed. Raises StoreError."""
+    """Create a folder and a file in it, to find failures before results are computed. Raises StoreError."""
     with failing(f"{folder}: cannot write results there"):
         folder.mkdir(parents=True, exist_ok=True)
         make_scratch(folder / "probe").unlink()

@@ -28,7 +28,7 @@ ROUNDED: Final = 100
 
 
 class SiteError(NanoslipError):
-    """A file of site settings is wrong; one line per problem: file: key = value: what is needed."""
+    """A file of site settings is wrong; one line per problem: file: key = value: requirement."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +36,12 @@ class Site:
     """Settings that submit jobs at one site: all that differs between clusters, and nothing of any campaign."""
 
     template: str = TEMPLATE
-    """Name of the template's file beside the settings; the one that comes with nanoslip where none is there."""
+    """Name of the template's file beside the settings; if the file is missing, nanoslip's template is used."""
     tasks: int = 4
     """Ranks; one core each."""
     nodes: int = 1
     time: str = "01:00:00"
-    """Limit of one job; an unfinished campaign is requeued and goes on."""
+    """Time limit of a job; an unfinished campaign is requeued and goes on."""
     partition: str = ""
     account: str = ""
     mpi: str = "pmi2"
@@ -111,7 +111,7 @@ _FORMS: Final[dict[str, tuple[Callable[[str], bool], str]]] = {
     ),
     "time": (lambda text: not math.isnan(parse_time_limit(text)), _TIMES),
 }
-"""Setting -> predicate of a right text, and what is needed."""
+"""Setting -> predicate of a valid text, and the requirement."""
 
 
 def load_site(path: Path) -> tuple[Site, str]:

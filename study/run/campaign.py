@@ -127,7 +127,8 @@ class Ended(NamedTuple):
 
 
 Show = Callable[[Rest, int, MeasuredTimes], AbstractContextManager[Report]]
-"""Called with what is left, on how many processes, and what such tasks took before; gives what to call at the end of each."""
+"""Called with the remaining tasks, the number of processes, and measured times; its context gives the function to
+call after each task."""
 
 
 def compute_campaign(
@@ -178,7 +179,7 @@ def _remaining_tasks(plan: Plan, store: Store, out: Path, journal: Journal, warn
 def _compute(
     farm: Farm, plan: Plan, store: Store, out: Path, rest: Rest, journal: Journal, lease: Lease, show: Show
 ) -> int:
-    """Compute what is left; returns how many tasks failed, or needed one that did."""
+    """Compute the remaining tasks; returns how many tasks failed, or needed a failed task."""
     tasks = rest.tasks
     if short := shortages(plan, tasks, farm.here):
         raise ShortageError("\n".join(short))

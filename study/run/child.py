@@ -224,7 +224,7 @@ def deaths_for_memory() -> int:
 START: Final = 300.0
 """Seconds that a child has to start in; a crowded file system may need a while."""
 FALSE_STARTS: Final = 5
-"""Children of one agent that end before they can compute, one after the other, until it gives up."""
+"""Successive children of an agent that end before they can compute, until the agent gives up."""
 
 
 class FarmError(NanoslipError):

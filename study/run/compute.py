@@ -92,7 +92,7 @@ def _result(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """Result of one member: values of its kind's parts, in any order, and outcome."""
+    """Result of a member: values of its kind's parts, in any order, and outcome."""
 
     values: tuple[object, ...] = ()
     outcome: Outcome = COMPLETED
@@ -108,7 +108,7 @@ class Member:
     """Change of its stiffness by one node more."""
 
     def part(self, kind: type[PartOfResult]) -> PartOfResult | None:
-        """The value of one of the parts; None if the member has none."""
+        """The value of a part; None if the member lacks it."""
         return next((each for each in self.values if type(each) is kind), None)
 
 
@@ -296,7 +296,8 @@ def whole_again(kind: type[PartOfResult], result: TaskResult, member: int = 0, p
 
 
 def task_compliance(task: Task, inputs: Inputs) -> Compliance:
-    """The compliance that a task needs; one of a surface without ends is no task of its own."""
+    """The compliance that a task needs: an input, or computed here for a surface without ends, which needs no
+    separate task."""
     stored = [inputs[key] for key in task.needs if inputs[key].kind == "compliance"]
     return result_compliance(stored[0], task.slab) if stored else surface_compliance(task.slab)
 
@@ -345,7 +346,7 @@ def _record(task: Task, inputs: Inputs) -> Computed:
 
 
 def compute_record(case: Case, compliance: Compliance, places: Ensemble, inputs: Inputs) -> Member:
-    """Record of one member, and all numbers that follow from it. inputs: computed batches of its contacts."""
+    """Record of a member, and all numbers that follow from it. inputs: computed batches of its contacts."""
     if case.interface.contacts > 1:
         tasks = list(kinds.member_batches(case, places))
         there = (whole_again(Portion, inputs[task.key]) if task.key in inputs else None for task in tasks)
@@ -368,7 +369,7 @@ def compute_record(case: Case, compliance: Compliance, places: Ensemble, inputs:
 
 
 def record_of_member(case: Case, compliance: Compliance, ensemble: Ensemble, number: int) -> FrictionRecord:
-    """The record of one member of a case, from its number. Raises SolverError if there is none."""
+    """The record of a case's member, by the member's number. Raises SolverError if there is none."""
     return next(
         value
         for value in compute_record(ensemble.case(case, number), compliance, ensemble, {}).values
@@ -434,7 +435,7 @@ def _states(task: Task, inputs: Inputs) -> Computed:
 
 
 def _columns(kind: Any, parts: Sequence[Any]) -> dict[str, NDArray[Any]]:
-    """Fields of a kind that parts have, those of one event after those of another."""
+    """Fields of a kind, joined over parts in their order."""
     names = [item.name for item in fields(kind) if hasattr(parts[0], item.name)]
     return {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
 
@@ -449,7 +450,7 @@ class _Pulling:
         self.left_out = LeftOut("nothing", 0.0)
 
     def member(self, case: Case, number: int) -> Member:
-        """The motion of a member and what is measured in it."""
+        """The motion of a member, and the numbers measured in it."""
         if self.task.ensemble.within is not None and number == PAIRS:
             self._leave_out()
         pulled = self.records[number] if number < len(self.records) else _slide_member(case, self.task, self.inputs)

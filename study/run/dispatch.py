@@ -53,7 +53,7 @@ class TaskQueue:
 
     def __init__(self, tasks: Sequence[Work]) -> None:
         self.tasks = {task.key: task for task in tasks}
-        """Tasks by key: those in the queue, and those that were taken and are not finished."""
+        """Tasks by key: waiting tasks, and tasks that were taken and are not finished."""
         self.aside = 0
         """Number of tasks that were taken and set aside, now and for good."""
         self._places = {key: place for place, key in enumerate(self.tasks)}
@@ -180,7 +180,7 @@ class Worker(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """Outcome and duration of one task; its result is in the store."""
+    """Outcome and duration of a task; its result is in the store."""
 
     key: str
     outcome: Outcome

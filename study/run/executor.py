@@ -32,7 +32,7 @@ _NUMERICS: Final = (
 """Modules that the solver loads when it computes. On a crowded file system that takes longer than many a task."""
 
 INPUTS: Final = 4
-"""Number of results in the cache: successive tasks mostly need the same slab, or are drives of one record."""
+"""Number of results in the cache: successive tasks mostly need the same slab, or are drives of the same record."""
 
 Read = Callable[[str], TaskResult]
 
@@ -40,7 +40,7 @@ Read = Callable[[str], TaskResult]
 def executor(out: Path) -> Callable[[Task | WarmUp | Settle], Outcome]:
     """The function that computes a task with the results in this folder and returns its outcome.
 
-    Loads all that tasks compute with: a task's time and limit are its own.
+    Loads all modules first, so that a task's measured time and limit cover only its computation.
     """
     for module in _NUMERICS:
         import_module(module)
@@ -108,7 +108,7 @@ class Rest:
     tasks: tuple[Task, ...]
     """Tasks that a run tries: failed ones come last."""
     given_up: tuple[Task, ...]
-    """Tasks that failed for good, and those that need one of them."""
+    """Tasks that failed for good, and tasks that need them."""
     foreign: Mapping[str, Origins]
     """Finished results of other software."""
 

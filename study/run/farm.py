@@ -1,7 +1,8 @@
 """Farms, which hand out and compute tasks: this process alone, several on this machine, or the ranks of MPI.
 
-Each rank hands tasks on to a child of its own, and only it calls MPI. Rank 0 also hands out. Of nanoslip's own ranks the child
-starts before MPI, and MPI ends with the campaign; a program that calls `nanoslip.run` with a communicator keeps its MPI.
+Each rank hands tasks on to a child process, and only the rank calls MPI. Rank 0 also hands out. Of nanoslip's own
+ranks the child starts before MPI, and MPI ends with the campaign; a program that calls `nanoslip.run` with a
+communicator keeps its MPI.
 """
 
 import atexit
@@ -48,7 +49,7 @@ class Farm(ABC):
     def run(self, tasks: Sequence[dispatch.Work], watch: dispatch.Watch) -> dispatch.RunTally:
         """Compute all tasks, each after its needs, idle ranks first; several at once where they are short.
 
-        After a signal only those that have been begun. None that would outlast the job.
+        After a signal only tasks already begun are finished. No task that would outlast the job is begun.
         """
         ledger = dispatch.Ledger(tasks, watch, launch.end_of_time(os.environ))
         dispatcher = dispatch.Dispatcher(self.size, ledger, self.give)
@@ -265,7 +266,7 @@ class MPIFarm(Farm):
     def serve(self) -> int:
         """Compute what rank 0 sends, first come first served, until it leaves.
 
-        How short tasks ended goes back together: a message costs rank 0 more than what is in it.
+        Outcomes of short tasks are returned together, as a message costs rank 0 more than its content.
         """
         done: list[dispatch.Done] = []
         due, reported = 0.0, False
@@ -434,7 +435,8 @@ def _mpi(started: int) -> Any:
 
 
 def _start(mpi: Any) -> None:
-    """Start the library by its own function: mpi4py calls that with the interpreter locked, and no other thread could give up."""
+    """Start the library by calling MPI's function directly: mpi4py holds the interpreter's lock during the call, so
+    that the watching thread could not give up."""
     if mpi.Is_initialized():  # by `python -m mpi4py`
         return
     watch = threading.Timer(LONGEST_START, _give_up)

@@ -38,10 +38,10 @@ LONG_TASK: Final = 1.0
 
 
 class Journal(Watch):
-    """Journal of one run. Failures to write are printed once and ignored."""
+    """Journal of a run. Failures to write are printed once and ignored."""
 
     def __init__(self, out: Path, command: str = "") -> None:
-        """command: what was started; without it the command line."""
+        """command: the command that was started; by default the command line."""
         super().__init__()
         self.undone: set[str] = set()
         """Keys of the tasks that have ended without a result."""

@@ -89,8 +89,8 @@ def computing_environment() -> dict[str, str]:
 def pin_arithmetic() -> None:
     """Pin one thread of this process for BLAS and numba, and the kernel of BLAS.
 
-    To be called before numpy is imported. Afterwards threadpoolctl limits the threads of what is loaded, in a tenth of a second;
-    its kernel cannot be changed any more.
+    To be called before numpy is imported. Afterwards threadpoolctl can still limit the threads of a loaded BLAS, in a
+    tenth of a second, but not change its kernel.
     """
     os.environ.update(computing_environment())
     if "numpy" in sys.modules:

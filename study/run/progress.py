@@ -83,7 +83,8 @@ def duration(seconds: float) -> str:
 SILENCE = 10.0
 """Seconds between plain lines at first."""
 PATIENCE = 0.25
-"""Seconds between plain lines over those that have passed: a long run writes a line whenever a quarter more has passed."""
+"""Interval between plain lines as a share of the elapsed time: a long run writes a line whenever a quarter more has
+passed."""
 
 BAR, OTHERS = 20, 72
 """Characters of a bar on a terminal, and of all other columns beside the name of a task."""

@@ -35,7 +35,7 @@ _NUMBERS = {"n_x": 17, "radius": 50.0, "max_events": 300}
 _SMALL = Case.of(_NUMBERS)
 _OF_SLABS = _SMALL.slab.flat
 _ROUGH = ((-0.1, 0.0), (0.1, 0.0))
-"""A rough pin has kernels of its own, whatever its profile."""
+"""A rough pin has separate kernels, the same for every profile."""
 
 
 def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
@@ -140,9 +140,9 @@ class WarmUp:
     label: str = "compiling kernels"
 
     def run(self) -> Outcome:
-        """Run all of them; those of drives in a second process if a core is free and other kernels are compiled, too.
+        """Run all tasks; drives in a second process if a core is free and other kernels are compiled, too.
 
-        It is reported before the first kernel is compiled, not where all are in the cache.
+        A notice is printed before the first kernel is compiled, and none if all kernels are in the cache.
         """
         drives = [task for task in self.tasks if task.drive]
         others = [task for task in self.tasks if not task.drive]
