@@ -68,6 +68,9 @@ if TYPE_CHECKING:
         Chain as Chain,
         Galerkin as Galerkin,
         HalfPlane as HalfPlane,
+        HalfSpace as HalfSpace,
+        Layer as Layer,
+        Strip as Strip,
     )
     from nanoslip.solver.ensemble import Mean as Mean, mean_of as mean_of
     from nanoslip.solver.load_path import LoadPath as LoadPath, Loops as Loops
