@@ -310,6 +310,8 @@ class MPIFarm(Farm):
     def leave(self, code: int) -> NoReturn:
         """End all together with one exit code, under any launcher."""
         self.part(code)
+        # Once MPI is finalized nothing can be aborted: a grace that ends meanwhile ends this process alone.
+        self.interruption.end = lambda _: os._exit(code)
         # Finalized first, a nonzero code is no abort to `python -m mpi4py`; os._exit would skip MPICH's own farewell.
         self._mpi.Finalize()
         sys.exit(code)

@@ -17,13 +17,14 @@ UNHEARD: Final = 1000
 
 
 def tasks(what: str) -> list[Work]:
-    """A hundred short tasks; with `chain` each needs the one before it, with `stop` they outlast the signal.
+    """A hundred short tasks; with `chain` each needs the one before it, with `stop` they outlast the signal,
+    with `late` the grace too, but end while the process says its last words.
 
     A task sleeps as long as it costs.
     """
     if what == "pace":
         return [Work(str(number), cost=0.05) for number in range(40)]
-    seconds = {"stop": 0.3, "stuck": 60.0}.get(what, 0.01)
+    seconds = {"stop": 0.3, "late": 1.25, "stuck": 60.0}.get(what, 0.01)
     needs = [(str(number - 1),) if what == "chain" and number else () for number in range(100)]
     return [Work(str(number), needs[number], seconds, limit=100.0) for number in range(100)]
 
@@ -34,7 +35,7 @@ def executor(what: str) -> Execute:
     def execute(task: Work) -> Outcome:
         if what == "crash" and task.key in ("7", "8"):
             raise ZeroDivisionError("a defect")
-        if what in ("stop", "stuck") and task.key == "0":
+        if what in ("stop", "late", "stuck") and task.key == "0":
             print("started", flush=True)
         time.sleep(task.cost)
         return COMPLETED
@@ -43,7 +44,7 @@ def executor(what: str) -> Execute:
 
 
 def main(what: str) -> None:
-    farm = open_farm(Program("tests.mpi.farm_program", "executor", what), grace=1.0)
+    farm = open_farm(Program("tests.mpi.farm_program", "executor", what), grace=20.0 if what == "stop" else 1.0)
     if what == "early" and farm.root:
         os.kill(os.getpid(), signal.SIGINT)
     with farm:

@@ -73,6 +73,15 @@ def test_a_signal_ends_all_ranks_after_their_task_with_code_99(start, ranks, int
     assert 1 <= int(said.split(" done")[0]) <= 8
 
 
+def test_a_task_that_ends_after_the_grace_but_before_its_process_keeps_code_99(start):
+    """MPI is finalized by then, and there is nothing left to abort."""
+    running = start("late", 2)
+    assert running.stdout.readline() == "started\n"
+    running.send_signal(polite_signal())
+    code, _, errors = ended(running)
+    assert code == 99, errors
+
+
 def test_a_signal_between_the_start_of_mpi_and_that_of_the_farm_ends_all_ranks_with_code_99(start):
     """Ctrl-C in the first second; that it reaches one rank only is the worst case."""
     code, _, errors = ended(start("early"))
