@@ -129,7 +129,7 @@ class Flag(Enum):
         2048,
         "no node entered or left the contact while the pin slid: means are those of a pin just pressed down, and may be off by "
         "more than ±",
-        "raise limits.spacings, presliding and events to a node spacing or more, or limits.spacing_events",
+        "set limits.spacings = 2.1: records then slide over two node spacings, with which the surface repeats",
     )
 
     def __init__(self, mask: int, meaning: str, advice: str, unresolved: bool = False) -> None:

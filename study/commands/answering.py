@@ -9,7 +9,6 @@ from typing import Final, NamedTuple
 import numpy as np
 import xarray as xr
 
-from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.solver.sliding.validity import decode_flags
 from nanoslip.study.accuracy.deciding import (
     MAIN,
@@ -191,9 +190,7 @@ def ranking(
         return None
     name, value = found.variable, float(case[found.variable])
     errors = [*summary.error_parts(case, name, cost), *_beside(case, found, value)]
-    rows = [(each.source, f"{each.share:.1%}", each.cure) for each in sorted(errors, key=lambda each: -each.share)]
-    if math.isnan(float(case.get(f"{name}{SHARED_ERROR}", 0.0))):
-        rows.append((f"the {summary.SHARED}", NOT_MEASURED, summary.longer_record(case)))
+    rows = [(each.source, _share_text(each.share), each.cure) for each in sorted(errors, key=summary.by_share)]
     if not found.computed:
         rows.append((_SPACING, NOT_MEASURED, "; ".join(map(missing_words, found.spacings))))
     assert of.case is not None
@@ -203,6 +200,11 @@ def ranking(
 
 
 _SPACING: Final = "the node spacing"
+
+
+def _share_text(share: float) -> str:
+    """A share of an error in percent, or that nothing measures it."""
+    return f"{share:.1%}" if math.isfinite(share) else NOT_MEASURED
 
 
 def _percent(share: float, error: float) -> str:

@@ -20,7 +20,8 @@ from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.load_path import Loops
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import SHARED_ERROR, quantities
-from nanoslip.solver.sliding.validity import decode_flags, flag_advice
+from nanoslip.solver.sliding.record import SPACINGS
+from nanoslip.solver.sliding.validity import Flag, decode_flags, flag_advice
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import read_run
@@ -641,35 +642,50 @@ class Error(NamedTuple):
 
     source: str
     share: float
+    """NaN if nothing measures it."""
     cure: str
 
 
 SHARED: Final = "length of the record"
 """Part of ± that all starts share."""
+LEAST_RECORD: Final = SPACINGS + 0.1
+"""Node spacings of the shortest record that is advised: as many as show how much a start matters, and a run-in."""
 
 
 def longer_record(case: xr.Dataset) -> str:
-    """Advice to compute a case with a longer record, and the length that it has."""
+    """Advice to compute a case with a longer record, the length that it has, and what the longer one costs."""
     spans = float(case.get("record_spacings", math.nan))
-    twice = f" (limits.spacings = {2.0 * spans:.2g})" if math.isfinite(spans) else ""
-    return f"a longer record: it spans {spans:.2g} of the node spacings with which the surface repeats{twice}"
+    if not (math.isfinite(spans) and spans > 0.0):
+        return "a longer record"
+    longer = max(2.0 * spans, LEAST_RECORD)
+    advice = f"limits.spacings = {longer:.2g}, in about {longer / spans:.2g} times the time"
+    return f"{advice}: the record spans {spans:.2g} of the node spacings with which the surface repeats"
 
 
 def error_parts(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
-    """Known parts of the error of a case's number, the largest first. cost: cost of four times as many members,
-    in words."""
+    """Parts of the error of a number of one case, the largest first, unknown ones last.
+
+    The part that all starts share is unknown where its record is flagged as short, whatever that record itself shows.
+    cost: cost of four times as many members, in words.
+    """
     value, found = abs(float(case[name])) or math.nan, list[Error]()
     if (error := f"{name}{UNCERTAINTY}") in case:
-        shared = float(np.nan_to_num(case.get(f"{name}{SHARED_ERROR}", 0.0)))
-        own = math.sqrt(max(float(case[error]) ** 2 - shared**2, 0.0))
+        shared = float(case.get(f"{name}{SHARED_ERROR}", 0.0))
+        own = math.sqrt(max(float(case[error]) ** 2 - shared**2, 0.0)) if math.isfinite(shared) else math.nan
         four = 4.0 * float(case.get(f"{name}_members", case.get(variables.MEMBERS.name, math.nan)))
         cure = f"[ensemble] members = {four:g} halves this part{cost and f': {cost}'}"
         found.append(Error("starts", own / value, cure))
-        found.append(Error(SHARED, shared / value, longer_record(case)))
+        short = Flag.short_record in decode_flags(int(case.get(variables.VALIDITY.name, 0)))
+        found.append(Error(SHARED, math.nan if short and shared else shared / value, longer_record(case)))
     if _LEFT_OUT.name in case and (effect := str(case[_LEFT_OUT.name].item())) != "nothing":
         share, cure = float(case[_LEFT_OUT_ERROR.name]), "half of target.within halves it"
         found.append(Error(f"{effect.replace('_', ' ')} left out", share, cure))
-    return sorted((each for each in found if each.share > 0.0), key=lambda each: -each.share)
+    return sorted((each for each in found if each.share != 0.0), key=by_share)
+
+
+def by_share(part: Error) -> float:
+    """Place of a part among others: the largest first, unknown ones last."""
+    return -part.share if math.isfinite(part.share) else math.inf
 
 
 def error_lines(dataset: xr.Dataset, cost: str = "", most: int = 1, apart: Collection[str] = ()) -> Iterator[str]:
@@ -694,9 +710,10 @@ def _line(case: xr.Dataset, name: str, where: str, errors: list[Error]) -> str:
     value, error = float(case[name]), float(case.get(f"{name}{UNCERTAINTY}", math.nan))
     if math.isnan(value):
         return f"{name}{where}: not known"
-    if not errors:
+    measured = [each for each in errors if math.isfinite(each.share)]
+    if not measured:
         return f"{name} {value:.3g}{where} {variables.missing_error_reasons(case, [name])}"
-    first, *others = errors
+    first, *others = measured
     beside = "".join(f"; {each.source} {each.share:.1%}" for each in others)
     largest = f"largest part of its error: {first.source} ({first.share:.1%})"
     return f"{name} {with_error(value, error)}{where}: {largest}, {first.cure}{beside}"

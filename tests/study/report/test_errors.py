@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nanoslip.solver.sliding.validity import Flag, decode_flags
 from nanoslip.study import api
 from nanoslip.study.dataset.table import one_case
 from nanoslip.study.report.summary import error_lines, error_parts
@@ -81,3 +82,29 @@ def test_explain_gives_the_size_of_what_nodes_miss_of_a_rough_pin(main: Main, tm
     assert coarse > 90  # of waves of 0.6 node spacings
     assert fine <= 50
     assert "resolves it" not in texts[1]
+
+
+def test_advice_on_a_short_record_is_a_length_that_ends_the_doubt() -> None:
+    """What such a record itself shows of the error that all starts share is none: it stays unknown, and in the table."""
+    film = {"radius": 100.0, "aspect_ratio": 0.2, "poisson": 0.2, "intrinsic_friction": 0.1}
+    short = {**SMALL, "constants": film, "ensemble": {"members": 2}}
+    data = one_case(api.run(short, progress=False), {})
+    assert decode_flags(int(data["validity_flags"])) == (Flag.short_record,)
+    *known, unknown = error_parts(data, "plateau_mean")
+    assert [math.isfinite(each.share) for each in (*known, unknown)] == [True, False]
+    (row,) = re.findall(r"limits\.spacings = (\S+), in about (\S+) times the time", unknown.cure)
+    spacings, times = map(float, row)
+    longer = one_case(api.run({**short, "limits": {"spacings": spacings}}, progress=False), {})
+    assert float(longer["record_spacings"]) == pytest.approx(times * float(data["record_spacings"]), rel=0.05)
+    assert not int(longer["validity_flags"])
+    assert all(math.isfinite(each.share) for each in error_parts(longer, "plateau_mean"))
+
+
+@pytest.mark.parametrize("unknown", ["uncertainty", "shared_error"])
+def test_an_unknown_part_of_an_error_is_the_last_one_and_no_line_calls_it_the_largest(unknown: str) -> None:
+    data = one_case(api.run({**SMALL, "ensemble": {"members": 3}}, progress=False), {})
+    lacking = data.assign({f"plateau_mean_{unknown}": math.nan})
+    parts = error_parts(lacking, "plateau_mean")
+    assert {each.source for each in parts} == {"starts", "length of the record"}
+    assert math.isnan(parts[-1].share)
+    assert "nan" not in next(error_lines(lacking))
