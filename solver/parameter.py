@@ -40,6 +40,7 @@ SHARED_ERROR: Final = "_shared_error"
 """After a number's name: the part of its ± that all members share."""
 _SHARED: Final = {
     "plateau": "part of ± that more members do not reduce: drift along the record",
+    "stress": "part of ± that more members do not reduce: drift along the record, of force and area",
     "nodes": "part of ± by one node more or less in contact, where members do not show it",
     "events": "part of ± that more members do not reduce: drift of events along the record; NaN, as ±, of records shorter than "
     "two node spacings: events come in bursts that all members may miss",
@@ -70,7 +71,7 @@ class Quantity:
     """Unit of a number without SI unit, as L_x; empty of pure numbers."""
     ensemble: bool = False
     """True if its mean over the members of an ensemble has an uncertainty and a count of the members with a value."""
-    shared: Literal["", "plateau", "nodes", "events", "length", "repetition"] = ""
+    shared: Literal["", "plateau", "stress", "nodes", "events", "length", "repetition"] = ""
     """Part of the error that all members share beside their scatter: drift of the record, whole nodes, bursts of events, or what
     a longer record would add to an extreme or to a motion that repeats it; empty if none."""
     alike: str = ""

@@ -55,7 +55,7 @@ class Plateau(Viewed):
         "F over the contact area on the plateau",
         symbol="F/A",
         ensemble=True,
-        shared="plateau",
+        shared="stress",
         comment="mean friction force over mean area of the nodes in contact, on the steady part of the record: what a strength "
         "without pressure holds constant, as intrinsic_friction holds F/W",
         measure="W/(L_x·L_y)",
@@ -72,6 +72,7 @@ class Plateau(Viewed):
     end: float = quantity("end of the plateau", comment="pin displacement where the steady part ends", measure="L_x")
     drift: float = math.nan
     event_drift: float = math.nan
+    stress_drift: float = math.nan
     outcome: Outcome = COMPLETED
 
     PREFIX: ClassVar[str] = "plateau_"
@@ -153,12 +154,17 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
     start, end = float(steady.edges[0]), float(steady.edges[-1])
     mean, std = _moments(steady)
-    nodes = float(np.average(record.contact_size[first:last], weights=np.diff(steady.edges)))
+    widths = np.diff(steady.edges)
+    node_widths = np.concatenate(([0.0], (widths * record.contact_size[first:last]).cumsum()))
     half = max(whole // 2, 0) * record.spacing if whole > 1 else 0.5 * (end - start)
     whole_until = steady.integral(np.array((start, start + half, end - half, end)))
     # Over the width between the places of the integral, which is rounded, not over `half`.
     early = float(whole_until[1] - whole_until[0]) * (1.0 / (start + half - start))
     late = float(whole_until[3] - whole_until[2]) * (1.0 / (end - (end - half)))
+    nodes_until = np.interp((start, start + half, end - half, end), steady.edges, node_widths)
+    early_nodes = float(nodes_until[1] - nodes_until[0]) * (1.0 / (start + half - start))
+    late_nodes = float(nodes_until[3] - nodes_until[2]) * (1.0 / (end - (end - half)))
+    node_load = record.node_area * record.normal_load
     # Between events by interpolation: whether one lies just before or after an end of a half is decided by rounding.
     until = np.interp((start + half, end - half), steady.edges, np.arange(len(steady.edges)))
     before, after = float(until[0]), last - first - float(until[1])
@@ -168,12 +174,13 @@ def plateau_of(record: FrictionRecord) -> Plateau:
         first_event=first,
         last_event=last,
         mean=mean / record.normal_load,
-        stress=mean / (nodes * record.node_area * record.normal_load),
+        stress=mean * float(widths.sum()) / (float(node_widths[-1]) * node_load),
         std=std / record.normal_load,
         peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
         spacings=(end - start) / record.spacing,
         drift=(late - early) / record.normal_load,
         event_drift=2.0 * (after - before) / (after + before),
+        stress_drift=(late / late_nodes - early / early_nodes) / node_load,
     )
 
 
@@ -184,6 +191,11 @@ def plateau_error(plateaus: Sequence[Plateau]) -> float:
     Components, 1992). NaN for a single start.
     """
     return _drift_error([each.drift for each in plateaus])
+
+
+def stress_error(plateaus: Sequence[Plateau]) -> float:
+    """The same part of the ± of a mean stress on the plateau, which the area changes, too; in W/(L_x·L_y)."""
+    return _drift_error([each.stress_drift for each in plateaus])
 
 
 def event_drift_error(plateaus: Sequence[Plateau]) -> float:

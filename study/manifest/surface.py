@@ -15,7 +15,7 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, Image
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, Roughness, parameter, require, validate
-from nanoslip.study.manifest.parameters import plain
+from nanoslip.study.manifest.parameters import compact, plain
 from nanoslip.study.measured import columns
 from nanoslip.study.measured.units import factor
 
@@ -188,12 +188,33 @@ def _matrix(source: columns.FileColumns, given: NamedSurface, stated: Mapping[st
 
 
 def _apart(pixel: str, stated: Mapping[str, str], counts: tuple[int, ...]) -> Iterator[float]:
-    """Spacings of a matrix in m along and across: given, or the stated sizes over the numbers of heights."""
+    """Spacings of a matrix in m along and across: given, or the stated sizes over the numbers of heights.
+
+    Raises InvalidInput where a file states another spacing than the given one.
+    """
+    given = _length("pixel", pixel) if pixel else math.nan
     for name, count in zip(("Width", "Height"), counts, strict=True):
-        key, text = ("pixel", pixel) if pixel else (name, stated[name].replace(",", "."))
-        size = plain(key, text, PIXEL)
-        require(key, text, not isinstance(size, str) and 0.0 < size < math.inf, 'a length, as "5 µm"')
-        yield size if pixel else size / count
+        if name not in stated:
+            yield given
+            continue
+        size = _length(name, stated[name].replace(",", "."))
+        own = size / count
+        # Instruments divide the size by the number of heights, or by that of the intervals between them.
+        least, most = own * (1.0 - PIXEL_ROUNDING), size / max(count - 1, 1) * (1.0 + PIXEL_ROUNDING)
+        need = f"{compact(own, 'm')}, as the file states ({name}: {stated[name]}), or no pixel"
+        require("pixel", pixel, not pixel or least <= given <= most, need)
+        yield given if pixel else own
+
+
+PIXEL_ROUNDING: Final = 5e-3
+"""Relative rounding of a spacing that people type, to two digits or more, beside the one that a file states."""
+
+
+def _length(key: str, text: str) -> float:
+    """A length in m that is above 0. Raises InvalidInput of any other text."""
+    size = plain(key, text, PIXEL)
+    require(key, text, not isinstance(size, str) and 0.0 < size < math.inf, 'a length, as "5 µm"')
+    return float(size)
 
 
 def _from_columns(source: columns.FileColumns, given: NamedSurface) -> Image:
@@ -315,4 +336,9 @@ def _column(source: columns.FileColumns, names: re.Pattern[str], place: int) -> 
     with_unit = [number for number in lengths if source.columns[number].dimension == "m"]
     if len(with_unit) == 2:
         return with_unit[place]
+    if len(lengths) > 3 and not any(each.name for each in source.columns):
+        size = f"{len(lengths)} columns of {len(source.columns[0].values)} numbers without names"
+        raise InvalidInput(
+            f'{size}: needs pixel = "20 nm", the distance of heights, of an image; x and z as names of columns'
+        )
     raise InvalidInput(f"columns {source}: needs two columns, or the names x and z above them")

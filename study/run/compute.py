@@ -37,6 +37,7 @@ from nanoslip.solver.sliding.plateau import (
     plateau_error,
     plateau_of,
     repeats,
+    stress_error,
 )
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import event_distributions
@@ -233,7 +234,7 @@ def _shared_member_error(key: str, quantity: Quantity, members: Sequence[Member]
         return 0.0
     if quantity.shared == "events":
         return event_drift_error(plateaus) * abs(math.fsum(value for _, value in having)) / len(having)
-    return plateau_error(plateaus)
+    return (stress_error if quantity.shared == "stress" else plateau_error)(plateaus)
 
 
 def _arrays(kind: kinds.Kind, member: Member) -> dict[str, NDArray[Any]]:
@@ -292,7 +293,8 @@ def whole_again(kind: type[PartOfResult], result: TaskResult, member: int = 0, p
             held[name] = kinds.member_column(result, name, described[name].along if name in described else "", member)
         elif name in result.scalars:
             held[name] = result.scalars[name][member]
-    return make(**{item.name: held[f"{prefix}{item.name}"] for item in fields(make)})  # type: ignore[no-any-return]
+    there = {item.name: held[name] for item in fields(make) if (name := f"{prefix}{item.name}") in held}
+    return make(**there)  # type: ignore[no-any-return]  # a number that came later has its default
 
 
 def task_compliance(task: Task, inputs: Inputs) -> Compliance:

@@ -63,7 +63,7 @@ KINETIC = ("kinetic_friction",)
 LACKS = {
     Ending.NO_PLATEAU: (
         "plateau_mean", "plateau_stress", "plateau_std", "plateau_start", "plateau_end", "plateau_spacings", "plateau_peak",
-        "plateau_drift", "plateau_event_drift",
+        "plateau_drift", "plateau_event_drift", "plateau_stress_drift",
         "mean_step", "mean_slips", "mean_drop", *KINETIC,
     ),
     Ending.NO_SLIP: ("static_friction", *KINETIC),

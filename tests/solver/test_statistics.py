@@ -21,6 +21,7 @@ from nanoslip.solver.sliding.plateau import (
     event_drift_error,
     plateau_error,
     plateau_of,
+    stress_error,
     teeth,
 )
 from nanoslip.solver.sliding.slide import slide
@@ -113,6 +114,21 @@ def test_starts_share_a_drift():
         plateau_error([replace(each, drift=drift) for each, drift in zip(drifting, (1, -1, 1, -1), strict=True)]) == 0.0
     )
     assert math.isnan(plateau_error(drifting[:1]))
+
+
+def test_starts_share_the_drift_of_the_area_that_a_stress_is_over():
+    """A tenth of the nodes leaves halfway, under one force: the stress of its halves differs by 10 %, the force by nothing."""
+    record = replace(noisy_record(), node_area=1e-3)
+    places = np.arange(len(record.displacement))
+    steady = plateau_of(record)
+    middle = np.searchsorted(record.displacement, 0.5 * (steady.start + steady.end))
+    found = plateau_of(replace(record, contact_size=np.where(places < middle, 100, 90)))
+    assert found.drift == steady.drift
+    early, late = steady.mean / 100.0, steady.mean / 90.0
+    change = (late - early) / record.node_area
+    noise = abs(steady.drift) / 90.0 / record.node_area
+    assert found.stress_drift == pytest.approx(change, abs=noise + 0.02 * change)
+    assert stress_error([found] * 4) == pytest.approx(0.5 * found.stress_drift * student(2), rel=1e-12)
 
 
 @pytest.mark.parametrize(

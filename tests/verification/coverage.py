@@ -31,8 +31,8 @@ OF_PATHS: Final = 24
 """Members that a path is compared with."""
 SPACINGS: Final = (4.0, 2.2)
 """Node spacings of a long record, the first that takes fewer than MOST events."""
-MOST: Final = 60_000
-"""Events of a long record: more take too long, and the case is left out."""
+MOST: Final = 150_000
+"""Events of a long record: more take too long, and the case is left out. A ball of 90 nodes has 60,000 in a node spacing."""
 OTHERS: Final = 1.0 + 1e-9
 """Factor of the radius of the same case with other starts, which follow from it."""
 

@@ -297,6 +297,29 @@ def test_a_wrong_entry_of_an_image_is_one_message(entry: str) -> None:
     assert len(lines_of(caught.value)) == 1
 
 
+@pytest.mark.parametrize(
+    ("pixel", "agrees"), [("", True), ("250 nm", True), ("0.262 um", True), ("20 nm", False), ("2.5 um", False)]
+)
+def test_a_given_spacing_does_not_replace_another_one_that_the_file_states(pixel: str, agrees: bool) -> None:
+    """Of 20 heights over 5 µm, which are 250 nm apart, or 263 nm from the first to the last."""
+    header = "# Width: 5 µm\n# Height: 6 µm\n# Value units: m\n"
+    text = header + "\n".join(" ".join(f"{each:.9g}" for each in line) for line in SMOOTH_IMAGE)
+    given = NamedSurface("a", detrend="none", pixel=pixel)
+    if agrees:
+        assert read_surface(AFM, text, given).x[-1] == pytest.approx(2.5e-6, rel=0.06)
+        return
+    with pytest.raises(InvalidInput, match="pixel = ") as caught:
+        read_surface(AFM, text, given)
+    assert "250 nm" in str(caught.value)
+
+
+def test_a_matrix_without_a_scale_is_refused_with_the_key_that_has_it() -> None:
+    text = "\n".join(" ".join(f"{each:.9g}" for each in line) for line in SMOOTH_IMAGE)
+    with pytest.raises(InvalidInput, match="pixel"):
+        read_surface(AFM, text, NamedSurface("a"))
+    assert read_surface(AFM, text, NamedSurface("a", pixel="250 nm")).height.shape == SMOOTH_IMAGE.shape
+
+
 def test_a_campaign_of_balls_takes_an_image_and_one_of_cylinders_does_not(main: Main, tmp_path: Path) -> None:
     """The dataset holds the image, so that its cases can be computed again."""
     (tmp_path / "afm.txt").write_text(MATRIX)

@@ -76,7 +76,7 @@ NAMED: dict[str, Task] = {
 TOLERANCE = 1e-9
 """Libraries and threads round differently, 3e-11 was seen; a change of the solver that is one moves a number further."""
 DIFFERENCE_OF = {
-    **dict.fromkeys(("static_excess", "fluctuation", "plateau_drift", "plateau_std"), 1.0),
+    **dict.fromkeys(("static_excess", "fluctuation", "plateau_drift", "plateau_stress_drift", "plateau_std"), 1.0),
     **dict.fromkeys(("friction_force", "initial_force"), STEADY.normal_load),
 }
 """Number that is a difference -> size of what it is a difference of: F/W, of order one, or forces that add up to the load. If
