@@ -83,7 +83,9 @@ def test_no_number_of_a_result_is_lost(small):
     # Of parameters; zero at initial contact; spring_force_amplitude where it means something; for drives over the record.
     known_apart = {"normal_load", "spacing", "node_area", "presliding_length"}
     known_apart |= {"displacement", "spring_force_range", "forgotten"}
-    known_apart |= {f"plateau_{name}" for name in ("first_event", "last_event", "peak", "drift", "event_drift", "stress_drift")}
+    known_apart |= {
+        f"plateau_{name}" for name in ("first_event", "last_event", "peak", "drift", "event_drift", "stress_drift")
+    }
     for task in plan.tasks:
         result = store.read(task.key)
         series = [each for group in all_groups().values() for each in group.series if each.kind == task.kind]
