@@ -84,6 +84,36 @@ def test_slips_that_drop_no_stress_leave_the_intrinsic_friction() -> None:
     assert math.isnan(found_in(CONTACT).without_drop)
 
 
+STRONG = {**CASE, "numerics": {"n_x": 65, "scheme": "half_plane"}, "slip": {"strength": 1e-3}}
+
+
+def test_a_strength_is_its_share_of_what_classical_sliding_bears() -> None:
+    """1 - μ_i over F/W where slips drop no stress, of a contact whose width is known to a node of ten."""
+    found = found_in(STRONG, 0.0)
+    classical = {
+        "slip": {**STRONG["slip"], "residual_shear": 1.0},
+        "limits": {"presliding": 2},
+        "ensemble": {"members": 1},
+    }
+    bears = api.run({**STRONG, **classical}, progress=False)["final_force"].item()
+    assert bears > 1.5 * 0.25
+    assert found.without_drop == pytest.approx(bears, rel=0.05)
+    assert found.strength == pytest.approx(1.0 - 0.25 / found.without_drop, rel=1e-12)
+    assert (found_in(CASE, 0.0).strength, found_in({**CONTACT, "slip": STRONG["slip"]}, 0.0).strength) == (0.0, 0.0)
+
+
+def test_a_strength_is_ranked_where_a_case_has_one(main: Main, tmp_path: Path) -> None:
+    file, row = tmp_path / "strong.toml", "the strength without pressure"
+    file.write_text(
+        'title = "x"\nstages = ["contact", "slip"]\nconstants.radius = 60.0\nslip.strength = 1e-3\nnumerics.n_x = 17\n'
+        "limits.presliding = 3\nensemble.members = 2\n"
+    )
+    assert main("run", file, "--out", tmp_path / "out", "--serial")[0] == 0
+    text = main("explain", file, "--out", tmp_path / "out")[1]
+    (share,) = re.findall(rf"{row} +(\d+\.\d)%", text)
+    assert float(share) > 20.0
+
+
 def test_a_spacing_that_takes_too_long_is_left_out_with_its_time_and_one_that_is_refused_is_not_there() -> None:
     found = found_in(CASE, 0.0, announce=lambda *_: pytest.fail("nothing is computed"))
     assert (found.computed, [each.seconds > 0.0 for each in found.spacings]) == ([], [True, True])

@@ -129,6 +129,62 @@ def test_why_cases_have_no_number_is_said(main: Main, contacts: Path):
     assert re.search(r"validity flag few_nodes: \d+ of them", " ".join(text.split()))
 
 
+SHEARED = """\
+title = "A part of the limit that needs no pressure"
+stages = ["contact", "slip"]
+[numerics]
+n_x = 33
+scheme = "half_plane"
+"""
+STRENGTH = 3e-4
+"""In G: half of the mean limit by pressure at μ_i = 0.2 and the default load."""
+
+
+@pytest.mark.slow
+def test_both_parts_of_a_limit_share_the_variance_of_friction(main: Main, contacts: Path):
+    """F/W = μ_i + τ_0·A/W of classical sliding: variances of both add, of an area that shear does not change."""
+    axes = "[axes]\nintrinsic_friction = [0.1, 0.2, 0.3]\nstrength = [1e-4, 3e-4, 5e-4]\n"
+    rules = (
+        "[slip]\nresidual_shear = 1\n[effects]\ncoupling = false\n[limits]\npresliding = 1.5\n[ensemble]\nmembers = 1\n"
+    )
+    contacts.write_text(SHEARED + axes + rules)
+    data = nanoslip.run(contacts, "results/contacts")
+    found = nanoslip.sensitivity(data, "final_force")
+    area = float(data.initial_contact_size.values.ravel()[0]) / 32.0
+    variances = np.var(data.intrinsic_friction.values), np.var(data.strength.values * area / 1e-3)
+    assert found.axes == ("intrinsic_friction", "strength")
+    assert found.first[:, 0] == pytest.approx(np.array(variances) / sum(variances), rel=1e-6)
+    np.testing.assert_allclose(found.total[:, 0], found.first[:, 0], rtol=1e-6)
+    code, out, _ = main("sensitivity", contacts, "--of", "final_force", "--json")
+    assert (code, json.loads(out)["axes"]["strength"]["first"][0]) == (0, pytest.approx(found.first[1, 0]))
+
+
+@pytest.mark.slow
+def test_a_strength_is_found_where_the_other_part_of_the_limit_is_known(main: Main, contacts: Path):
+    """Friction at one load: with μ_i it gives the strength that was put in, and without it only a line of both."""
+    axes = "[axes]\nintrinsic_friction = {from = 0.1, to = 0.5}\nstrength = {from = 1e-4, to = 5e-4}\n"
+    limits = "[limits]\npresliding = 8\nspacings = 2\nevents = 20000\n[ensemble]\nmembers = 4\n"
+    contacts.write_text('design = "sobol"\n' + SHEARED + axes + limits)
+    truth = nanoslip.run(
+        {
+            **tomllib.loads(SHEARED),
+            "constants": {"intrinsic_friction": 0.2},
+            "slip": {"strength": STRENGTH},
+            "limits": {"presliding": 20, "spacings": 4, "events": 40_000},
+        }
+    )
+    plateau = float(truth.plateau_mean.squeeze())
+    words = ("fit", contacts, f"plateau={plateau:.4f}±0.01", "--json", "-j", 1)
+    code, out, errors = main(*words, "intrinsic_friction=0.2", "--vary", "strength")
+    assert code == 0, errors
+    ((low, high),) = json.loads(out)["parameters"]["strength"]["95"]
+    assert low < STRENGTH < high < low + 1.5e-4
+    code, out, errors = main(*words, "--vary", "strength,intrinsic_friction")
+    assert code == 0, errors
+    ((low, high),) = json.loads(out)["parameters"]["strength"]["95"]
+    assert high > low + 3.5e-4
+
+
 MEASURED = {"contact": "contact_half_width=0.2±0.02", "slip": "plateau/mu_i=0.54±0.02", "dynamics": "mu_k=0.2±0.02"}
 """A number that a campaign has by its last stage."""
 

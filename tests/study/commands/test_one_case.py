@@ -206,6 +206,19 @@ def test_a_case_is_computed_and_nothing_stays(main, tmp_path, monkeypatch):
     assert ("N/m)" in said, "_si " in said) == (True, False)  # the size in SI is in the row of its number
 
 
+def test_friction_over_the_contact_area_is_answered_where_a_strength_acts(main):
+    """F/W alone says nothing of another load there. The area is that of nodes, each a spacing wide."""
+    code, said, _ = main("try", *QUICK, "members=2", "strength=10 MPa")
+    first = said.partition("\n")[0]
+    (over_load,) = re.findall(r"^plateau F/W ([0-9.]+)", first)
+    (stress,) = re.findall(r"contact area on the plateau ([0-9.]+) .*MPa", first)
+    (width,) = re.findall(r"^contact_half_width +([0-9.]+) ", said, re.M)
+    area = float(over_load) * 100.0 / (float(stress) * 1e6)  # of 100 N, on 10 mm of L_y
+    assert code == 0
+    assert 0.0 < area / 1e-5 - 2.0 * float(width) < 2.0 / 16.0
+    assert "contact area on" not in main("try", *QUICK, "members=2")[1].partition("\n")[0]
+
+
 def test_a_key_of_a_drive_pulls_the_pin(main):
     code, said, _ = main("try", *QUICK, "stage_velocity=1e-3", "samples=40")
     assert "\ndrive: m = 500 g, k = 200 kN/m, ζ = 0.1, V_o = 1 mm/s\n" in said
