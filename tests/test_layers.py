@@ -31,7 +31,7 @@ ORDER = {
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.solver.driven": "kernels contact_drive",
     "nanoslip.solver.driven.kernels": "drive",
-    "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance processor origin "
+    "nanoslip.study": "shipped toml_text exit_codes notices memory canonical provenance processor origin "
     "measured manifest plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.measured": "units columns recording slips means cycles loops over_load trace",
     "nanoslip.study.manifest": "parameters vocabulary problems surface checker manifest keys reader cases",

@@ -20,6 +20,7 @@ from click.shell_completion import CompletionItem
 from nanoslip.study import shipped
 from nanoslip.study.commands.words import Refusal, report_abort, show
 from nanoslip.study.exit_codes import WRONG_INPUT
+from nanoslip.study.memory import describe_shortage, is_shortage
 from nanoslip.study.results.files import MOST_SHARDS, Shard
 from nanoslip.study.run.launch import GRACE, pin_arithmetic, processes_started
 
@@ -590,13 +591,23 @@ def main() -> None:
         code = error.exit_code
     except click.Abort:
         code = report_abort()
+    except (MemoryError, ImportError) as error:
+        code = _report_shortage(error)
     except OSError as error:
         if error.filename is None and error.errno != errno.ENOSPC:
-            raise
+            sys.exit(_report_shortage(error))
         # a disk that is full, a name too long, a folder that is not ours to read
         show(Refusal(f"{error.filename or 'output'}: {error.strerror}"))
         code = WRONG_INPUT
     sys.exit(code or 0)
+
+
+def _report_shortage(error: BaseException) -> int:
+    """Print what is missing if memory is, and return the exit code; raises other errors again."""
+    if not is_shortage(error):
+        raise error
+    show(Refusal(describe_shortage()))
+    return WRONG_INPUT
 
 
 def _columns() -> int:

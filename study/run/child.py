@@ -7,6 +7,7 @@ later, also after an error of the machine.
 
 import ctypes
 import faulthandler
+import math
 import os
 import pickle
 import select
@@ -25,6 +26,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
+from nanoslip.study.memory import address_limit, describe_shortage, is_shortage
 from nanoslip.study.origin import Origin, adopt, find_software
 from nanoslip.study.run.dispatch import Done, Work, Worker, attempt, print_failure
 from nanoslip.study.run.launch import SIGNALS, Program, computing_environment
@@ -58,7 +60,13 @@ def main(descriptor: int, last_words: int) -> None:
 def _serve(parent: "Connection[Any, Any]") -> None:
     program: Program
     program, number = parent.recv()
-    execute = program.load()
+    try:
+        execute = program.load()
+    except (MemoryError, ImportError, OSError) as error:
+        if not is_shortage(error):
+            raise
+        parent.send(FarmError(f"a process that computes does not begin: {describe_shortage()}"))
+        return
     parent.send(READY)
     where, process = Worker(number, socket.gethostname()), os.getpid()
     while True:
@@ -378,4 +386,6 @@ def _death(child: ChildProcess, code: int | None) -> Outcome:
         cause, how = "signal", f"died of signal {-code}"
     else:
         cause, how = "exit_code", f"ended with exit code {code}"
-    return Outcome(Ending.CRASHED, f"its process {how}: a bug, or it was killed", cause=cause)
+    # Libraries that get no memory abort, or go on without it.
+    limited = "" if address_limit() == math.inf else f"{describe_shortage()}; else "
+    return Outcome(Ending.CRASHED, f"its process {how}: {limited}a bug, or it was killed", cause=cause)

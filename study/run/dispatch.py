@@ -14,6 +14,7 @@ from typing import Any, Final, NamedTuple, Protocol
 import numpy as np
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome, printable, quote_value
+from nanoslip.study.memory import is_shortage
 from nanoslip.study.notices import print_notice
 
 
@@ -264,8 +265,9 @@ def attempt(
     except survive as error:
         seconds = perf_counter() - start
         # An error of the machine may be over next time, one of the program is not.
-        machine = isinstance(error, OSError | MemoryError)
-        ending = Ending.OUT_OF_MEMORY if isinstance(error, MemoryError) else Ending.CRASHED
+        shortage = is_shortage(error)
+        machine = shortage or isinstance(error, OSError)
+        ending = Ending.OUT_OF_MEMORY if shortage else Ending.CRASHED
         message = "".join(traceback.format_exception_only(error))  # also where its own text cannot be had
         failed = Outcome(ending, message, cause=type(error).__name__)
         return Done(task.key, failed, seconds, where, traceback.format_exc(), machine, machine)

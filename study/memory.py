@@ -1,0 +1,31 @@
+"""Address space that this process may use, and errors that come from too little of it."""
+
+import math
+from contextlib import suppress
+
+
+def address_limit() -> float:
+    """Largest address space of this process in GB, as `ulimit -v` sets it; infinite without a limit and outside Unix."""
+    with suppress(ImportError):
+        import resource  # noqa: PLC0415  not everywhere
+
+        limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+        return math.inf if limit == resource.RLIM_INFINITY else limit / 1e9
+    return math.inf
+
+
+def is_shortage(error: BaseException) -> bool:
+    """True if an error comes from too little memory.
+
+    A library that finds no room is an ImportError, or an OSError without a number: no other reason is likely under a limit.
+    """
+    unnumbered = isinstance(error, ImportError) or (isinstance(error, OSError) and error.errno is None)
+    return isinstance(error, MemoryError) or (unnumbered and address_limit() < math.inf)
+
+
+def describe_shortage() -> str:
+    """What is missing, and what to do."""
+    limit = address_limit()
+    if limit < math.inf:
+        return f"not enough memory: a process may use {limit:.2g} GB; raise the limit, as by `ulimit -v unlimited`"
+    return "not enough memory: start fewer processes, or choose a smaller n_x"

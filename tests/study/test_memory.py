@@ -1,0 +1,53 @@
+"""A process that may use too little memory says so, once, whatever library finds none."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import clean_environment
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems do not limit the address space")
+
+PROGRAM = """
+import resource
+resource.setrlimit(resource.RLIMIT_AS, (300_000_000, 300_000_000))
+from nanoslip.study.commands.cli import main
+main()
+"""
+"""Commands that compute nothing work in so little; compiler and linear algebra find no room."""
+CASE = """
+title = "One case"
+axes.radius = [50.0, 100.0]
+numerics.n_x = 17
+limits.events = 50
+"""
+
+
+def commanded(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
+    (folder / "case.toml").write_text(CASE, "utf-8")
+    return subprocess.run(
+        [sys.executable, "-c", PROGRAM, *words],
+        env=clean_environment(),
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["try radius=50 n_x=17", "run case.toml --jobs 2", "run case.toml --serial"],
+)
+def test_too_little_memory_is_one_message_with_the_limit(tmp_path: Path, words: str) -> None:
+    done = commanded(tmp_path, *words.split())
+    assert done.returncode != 0
+    assert "Traceback" not in done.stderr
+    assert done.stderr.count("0.3 GB") == 1
+
+
+def test_commands_that_compute_nothing_need_little_memory(tmp_path: Path) -> None:
+    done = commanded(tmp_path, "plan", "case.toml")
+    assert done.returncode == 0, done.stderr
