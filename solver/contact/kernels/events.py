@@ -50,6 +50,7 @@ def pivot(state: KernelState, i: int) -> bool:
     # A difference of two products keeps no digit below some dozens of machine epsilon. NaN counts as singular too.
     if not abs(determinant) > 1e-14 * scale:
         return False
+    # Responses of the node y = A x + rest, solved for its inputs: x = A⁻¹ (y - rest).
     ia, ib, ic, id_ = d / determinant, -b / determinant, -c / determinant, a / determinant
     row_p, row_q, k = t[p], t[q], scalars.pivots
     pivots.nodes[k] = i
@@ -279,6 +280,8 @@ def is_on_steep_flank(state: KernelState, constants: KernelConstants, against_fr
         if state.contact[i]:
             most = STEEPEST
             if against_friction:
+                # On a way d downhill the pressure does the work p·slope·d; shear that falls evenly from its limit to 0
+                # takes up half of limit·d. Half of limit/p is the slope at which both are equal.
                 pressed = max(-state.response[n + i], constants.slip.tolerance)
                 most = min(0.5 * (state.node_friction[i] + state.node_strength[i] / pressed), STEEPEST)
             xi = state.x[i] + state.inputs[i] - state.scalars.displacement
@@ -548,6 +551,7 @@ def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, 
     slip = np.inf
     if mu < np.inf:
         for sign in (1.0, opposite):
+            # Shear and pressure are linear in the step, and so is ±shear - (μ_i p + τ_0·area), which rises to 0.
             excess = sign * state.response[i] - mu * pressure - state.node_strength[i]
             excess_rate = sign * state.rate[i] - mu * pressure_rate
             # The factor 0 stands for shear against the drag that is not limited: it has no limit to reach.
@@ -591,6 +595,7 @@ def _step_to_profile(
     """Step at which node i at ξ and this height meets a pin without edges."""
     if rise is not None:
         return _step_to_rough(curvature, rise, i, xi, xi_rate, height, height_rate, nearest)
+    # Gap after a step s: curvature·(ξ + ξ' s)²/2 - (height + height' s) = gap + linear·s + quadratic·s².
     gap = 0.5 * curvature * xi * xi - height
     linear = curvature * xi * xi_rate - height_rate
     quadratic = 0.5 * curvature * xi_rate * xi_rate

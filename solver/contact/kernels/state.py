@@ -337,6 +337,8 @@ def knot_ahead(knots: Floats, k: int, sense: int) -> float:
 @compiled()
 def first_root(constant: float, linear: float, quadratic: float) -> float:
     """Smallest t ≥ 0 at which constant + linear·t + quadratic·t², with constant ≥ 0, falls through 0; infinite if none."""
+    # (-b ± √D)/2a with b = linear, a = quadratic, c = constant; the smaller root is 2c/(-b + √D), as both have the
+    # product c/a.
     discriminant = linear * linear - 4.0 * quadratic * constant
     if discriminant < 0.0:
         return np.inf
@@ -367,6 +369,8 @@ def slip_move(
     n = len(node_friction)
     # The normal entry is -pressure: excess is the shear beyond what the slip leaves, both along its sign.
     left = residual_shear * (1.0 if y[i] > 0.0 else -1.0)
+    # The node keeps `left` times its limit μ_i p + τ_0·area. A displacement (d, h) changes its forces by the block
+    # of the tableau: the excess by along·d + down·h.
     share = left * node_friction[i]
     excess = y[i] + share * y[n + i] - left * node_strength[i]
     along = tableau[i, i] + share * tableau[i, n + i]
@@ -397,6 +401,7 @@ def slip_on_rough(
     k = piece_entered(rise.knots, xi, sense)
     here = xi
     while True:
+        # Along the slip, s ≥ 0 from `here` on, |excess| falls as |excess| - linear·s + quadratic·s².
         linear = along + down * (curvature * here + rise_slope(rise, i, k))
         quadratic = -sense * 0.5 * down * curvature
         far = knot_ahead(rise.knots, k, sense)

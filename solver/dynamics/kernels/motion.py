@@ -149,7 +149,7 @@ _NEARBY = 8
 """Number of teeth tried one by one before the period and bisection are used."""
 
 _COUNTABLE = 4.5e15
-"""Number of teeth that a position in double precision can distinguish."""
+"""Number of teeth that a position in double precision can distinguish: 2^52."""
 
 
 @compiled(error_model="numpy")
@@ -209,6 +209,7 @@ def acceleration_rounding(motion: Motion, pin: PinState, slope: float) -> float:
 
     slope: of the friction force, which is read off the position.
     """
+    # 4.4e-16: two units in the last place of the large terms.
     far = motion.spring * (motion.stage * pin.time + abs(pin.position)) + abs(slope * pin.position)
     return 4.4e-16 * (far + motion.damping * (motion.stage + abs(pin.velocity)) + abs(pin.friction_force))
 
@@ -311,6 +312,9 @@ def series(segment: Segment, tau: float) -> tuple[float, float, float]:
     scale = 1e-18 * (abs(first) + abs(before) + abs(term))
     for n in range(4, 60):
         # Two terms are kept, as the damper couples each to the last one and the spring to the one before.
+        # The n-th derivative is -c times the one before less κ times the one before that, as load and ramp are
+        # gone after two derivatives of the equation. Times τⁿ/n!, term_n = -cτ/n term_(n-1) - κτ²/(n(n-1)) term_(n-2);
+        # n term_n adds up to τ y', and term_n/(n+1) to ∫y/τ.
         before, term = term, -(damped * (n - 1) * term + stiff * before) / (n * (n - 1))
         y += term
         moved += n * term
@@ -330,6 +334,7 @@ def _exponential_integrals(r: float, tau: float) -> tuple[float, float, float]:
         one = math.expm1(z) / r
         two = (one - tau) / r
         return one, two, (two - 0.5 * tau * tau) / r
+    # e^(rs) = Σ (rs)^m/m!, integrated j times from 0 to τ, is τ^j Σ z^m/(m + j)!.
     term, one, two, three = 1.0, 1.0, 0.5, 1.0 / 6.0
     # At |z| = 0.5 the next term is 1e-21 of the first.
     for n in range(2, 18):
@@ -348,6 +353,8 @@ def _responses(c: float, stiffness: float, tau: float) -> tuple[float, float, fl
     """
     a = 0.5 * c
     square = a * a - stiffness
+    # h = e^(-aτ) sin(wτ)/w with a = c/2 and w² = κ - a², sinh for w² < 0: the solution of the characteristic
+    # equation r² + c r + κ = 0 with h(0) = 0, h'(0) = 1. With two rates it is (e^(r_1 τ) - e^(r_2 τ))/(r_1 - r_2).
     if square > 0.25 * a * a:  # two real rates far apart: κ may vanish
         # No cancellation in this rate; the other would be a small difference.
         fast = -a - math.sqrt(square)
@@ -370,6 +377,7 @@ def _responses(c: float, stiffness: float, tau: float) -> tuple[float, float, fl
     decay = math.exp(-a * tau)
     h, rate = decay * sine, decay * (cosine - a * sine)
     # Integrals of the equation itself give those of h, each from the ones before.
+    # h' + c h + κ∫h = h'(0) = 1, then h + c∫h + κ∬h = τ, then ∫h + c∬h + κ∭h = τ²/2. Here κ ≥ 3/4 a².
     one = (1.0 - rate - c * h) / stiffness
     two = (tau - h - c * one) / stiffness
     return rate, h, one, two, (0.5 * tau * tau - one - c * two) / stiffness
@@ -377,7 +385,11 @@ def _responses(c: float, stiffness: float, tau: float) -> tuple[float, float, fl
 
 @compiled(error_model="numpy")
 def brief_responses(c: float, stiffness: float, tau: float) -> tuple[float, float, float, float, float]:
-    """`_responses` by their series at τ = 0, to rounding where cτ ≤ 0.01 and |κ|τ² ≤ 0.004."""
+    """`_responses` by their series at τ = 0, for cτ ≤ 0.01 and |κ|τ² ≤ 0.004. Relative errors at these bounds: 1e-15
+    of h' and h, 2e-14 of ∫h, 1e-12 of ∬h, 3e-11 of ∭h."""
+    # h = Σ h_n τⁿ/n! with h_1 = 1, h_2 = -c and h_(n+2) = -c h_(n+1) - κ h_n, so that h_3 is `third`.
+    # Integrated twice and three times that is Σ h_n τ^(n+2)/(n+2)! and Σ h_n τ^(n+3)/(n+3)!. The lower integrals,
+    # h and h' follow from the integrated equation, as in `_responses`, but with products: κ may vanish.
     third = c * c - stiffness
     fourth = c * (stiffness - third)
     fifth = -c * fourth - stiffness * third
@@ -454,12 +466,14 @@ def root(segment: Segment, motion: Motion, quantity: Passing, level: float, end:
             high = tau
         else:
             low = tau
+        # Newton's method for f/√|f'|, whose second derivative vanishes at the root: each step cubes the error.
         new = tau - value * rate / (rate * rate - 0.5 * value * curvature)
         # Far out, where large terms cancel, the curvature is rounding and Halley's steps lead nowhere.
         if not low <= new <= high or (attempt >= 60 and attempt % 2 == 0):
             tau = 0.5 * (low + high)
             continue
         step, tau = abs(new - tau), new
+        # The next error is about step³ times the square of the curvature of f over its rate, or of the pace.
         bend = abs(curvature / rate) + segment.pace
         if step * (bend * step) ** 2 <= 1e-17 * tau or step <= 2e-16 * tau:  # the first is about what is still missing
             break
@@ -471,6 +485,10 @@ def next_zero(c: float, stiffness: float, g: float, rate: float, earliest: float
     """First zero after `earliest` of the solution of g'' + c g' + κ g = 0 that starts with g and g' = rate."""
     a = 0.5 * c
     square = a * a - stiffness
+    # With g = e^(-aτ) u, u'' = (a² - κ) u, u(0) = g and u'(0) = `slanted`: u has the zeros of g. For w² = κ - a² > 0
+    # u = g cos wτ + (slanted/w) sin wτ vanishes where tan wτ = -g w/slanted, every half turn. For s² = a² - κ > 0
+    # u = g cosh sτ + (slanted/s) sinh sτ vanishes once at most, where tanh sτ = -g s/slanted, which must lie
+    # between 0 and 1; for s = 0 u is the straight line g + slanted τ.
     slanted = rate + a * g
     # It stays 0: a motion without extremum.
     if g == 0.0 and slanted == 0.0:

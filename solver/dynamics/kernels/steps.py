@@ -66,14 +66,19 @@ def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float
     """
     c, stiffness, q, p = segment.damping, segment.stiffness, segment.q, segment.p
     doubt = acceleration_rounding(motion, segment.pin, segment.slope)
+    # y'' + c y' + κ y = load + ramp·τ, differentiated twice: the acceleration a obeys a'' + c a' + κ a = 0, with
+    # a(0) = q and a'(0) = p. The velocity is monotone up to the first zero of a.
     end = min(horizon, next_zero(c, stiffness, q if abs(q) > doubt else 0.0, p, motion.instant))
     if watched:
         k = motion.spring
+        # D' = k(V - v) - c a and D'' = -(k a + c a'). With a'' = -c a' - κ a, the rate of g = k a + c a' is
+        # k p - c (c p + κ q) at the start.
         # -g is the second rate of the driving force; it obeys the same free oscillation as the acceleration.
         g, rate = k * q + c * p, k * p - c * (c * p + stiffness * q)
         # p = ramp - c q - κ v: the rounding of g is that of q, k + c² times, and that of p's other terms.
         doubt = (k + c * c) * doubt + 4.4e-16 * c * (segment.ramp + abs(stiffness * segment.pin.velocity))
         end = min(end, next_zero(c, stiffness, g if abs(g) > doubt else 0.0, rate, motion.instant))
+    # The larger rate, -c/2 + √(c²/4 - κ), is √-κ at most: within this time the motion grows to e^20 = 5e8 of its start.
     if stiffness < 0.0:  # growth: stay far from overflow
         end = min(end, 20.0 / math.sqrt(-stiffness))
     return end
@@ -174,6 +179,7 @@ def sticking_distance(
 ) -> float:
     """Signed distance in the direction of motion for which F = K(x - x_R) stays between -F̃ and F̃."""
     reach = math.inf if forward else -math.inf
+    # F + K y meets the limit F̃ + slope·y, below -(F̃ + slope·y), at these distances y.
     if slope != surface_stiffness and (slope < surface_stiffness) == forward:
         reach = (limit - friction_force) / (surface_stiffness - slope)
     if slope != -surface_stiffness and (slope < -surface_stiffness) == forward:
@@ -355,10 +361,12 @@ def _cross_tooth(
     A second-order guess of the time and one Newton step are exact to rounding here. The forecast for the next tooth spares it
     the wait for the exact velocity.
     """
+    # g is the time at constant velocity v, and y(gθ) = v gθ + q (gθ)²/2 + p (gθ)³/6 = w (θ + a θ² + b θ³) with
+    # a = q g/(2v), b = p g²/(6v). It is w at θ = 1 - (a + b) + 2a(a + b), to the third order.
     g = width * old.inverse
     q = pull + ramp * old.time - c * old.velocity
     p = ramp - c * q - stiffness * old.velocity
-    a, b = 0.5 * g * old.inverse * q, (1 / 3 * g) * (0.5 * g * old.inverse * p)  # y(gθ) = w (θ + a θ² + b/2 θ³ + …)
+    a, b = 0.5 * g * old.inverse * q, (1 / 3 * g) * (0.5 * g * old.inverse * p)
     tau = g - g * ((a + b) - 2.0 * (a * (a + b)))
     u = v + tau * (q + 0.5 * tau * p)
     new = Forecast(t + tau, u, 1.0 / u)
@@ -368,6 +376,7 @@ def _cross_tooth(
     y = v * h + (load * one + ramp * two)
     v_end = v * rate + (load * h + ramp * one)
     area = v * one + (load * two + ramp * three)
+    # Newton's step (w - y)/y' adds the last digits; Newton's iteration for 1/y' spares the division.
     late = (width - y) * new.inverse * (2.0 - v_end * new.inverse)  # over v_end, to the square of the forecast's error
     v_end += late * (load + ramp * tau - c * v_end - stiffness * width)
     # The bounds of the phase are those of `brief_responses`; the last is that of the forecast, squared in `late`.
@@ -662,6 +671,7 @@ def integrate_by_steps(
         dt = end - t
         a = driving - pin.friction_force
         x, v, acceleration = pin.position, pin.velocity, a
+        # (k_1 + 2 k_2 + 2 k_3 + k_4)/6 of the rates v and a at the four stages.
         dx, dv = v, a
         for stage in range(1, 4):
             part = dt if stage == 3 else 0.5 * dt
