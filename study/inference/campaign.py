@@ -17,13 +17,14 @@ from nanoslip.solver.drive import DURATIONS
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.figures.points import points_named
-from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, search_parameters
+from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, filling, search_parameters
 from nanoslip.study.inference.sensitivity import find_axis, point_errors, spread_of_members
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, names_by_word, table_taking, word_for_symbol
 from nanoslip.study.manifest.problems import ManifestError, unknown
 from nanoslip.study.manifest.reader import DEFAULT, parse_manifest
 from nanoslip.study.measured.columns import rows_as_csv
+from nanoslip.study.plan.expectations import impossible_numbers
 from nanoslip.study.plan.kinds import order_by_stage
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store
@@ -128,10 +129,28 @@ class Question:
         return np.column_stack([each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)])
 
     def check(self, out: Path) -> None:
-        """Raises ValueError if a target is no number of the campaign, or not one for each case."""
+        """Raises ValueError if a target is no number of the campaign, not one for each case, or one that no point can
+        have."""
         middle = np.full((2, len(self.ranges)), 0.5)
         middle[1] += 0.25
-        self._points(middle, self.plans(middle), Store(out), same_places=False)
+        plans = self.plans(middle)
+        self._points(middle, plans, Store(out), same_places=False)
+        self._require_answers(collect(plans[0], Store(out)))
+
+    def _require_answers(self, named: xr.Dataset) -> None:
+        """Raises ManifestError if none of the points that are computed first can have the numbers. named: has their names."""
+        plans = self.plans(filling(len(self.ranges)))
+        cases = [case for plan in plans for case in plan.cases]
+        if all(case.case is None for case in cases):
+            words = ", ".join(each.name for each in self.ranges)
+            raise ManifestError.of(words, need="ranges with a possible case", remark=cases[0].outcome.message)
+        impossible = [impossible_numbers(plan) for plan in plans if any(case.case for case in plan.cases)]
+        for target in self.targets:
+            for source in points_named(named, target.name).sources:
+                if all(source in found for found in impossible):
+                    raise ManifestError.of(
+                        target.name, need="a number that some point has", remark=impossible[0][source]
+                    )
 
     def _with(self, values: Mapping[str, Any]) -> dict[str, Any]:
         document = dict(self.document)

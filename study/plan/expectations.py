@@ -8,11 +8,15 @@ from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case, limits_shear
 from nanoslip.solver.contact.soundness import DOWNHILL
 from nanoslip.solver.drive import FEWER_STEPS, TRAVEL, Drive
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.plateau import FEWEST_EVENTS
+from nanoslip.solver.sliding.record import RUN_IN
 from nanoslip.solver.sliding.validity import (
     FLAGS,
     encode_flags,
@@ -123,37 +127,97 @@ def out_of_reach(plan: Plan) -> dict[str, str]:
     return {cause: line for cause, line in found.items() if line}
 
 
-def _too_short(plan: Plan) -> str:
-    """Report drives that are too short to slide. The smallest plateau counts, which holds to spreads of 3. Without a duration
-    a drive lasts while its stage moves."""
+class _Pulls(NamedTuple):
+    """Largest pulls of the drives of a plan on its cases, and the friction that they would have to exceed."""
+
+    numbers: list[int]
+    """Cases (n,) that are possible."""
+    drives: list[CampaignDrive]
+    """Drives (d,) that are possible."""
+    weight: Floats
+    """Load (n,) in N."""
+    share: Floats
+    """Smallest F/W (n,) of steady sliding, which holds to spreads of 3."""
+    pace: Floats
+    """Rate (d,) at which the spring force rises, in N/s."""
+    damper: Floats
+    """Force of the damper (d,) on a pin at rest, in N."""
+    pull: Floats
+    """Largest pull (d,) in N. Without a duration a drive lasts while its stage moves."""
+
+    @property
+    def weak(self) -> NDArray[np.bool_]:
+        """True (n, d) for drives that never pull as hard as friction holds."""
+        return np.isfinite(self.share)[:, None] & (self.pull < (self.weight * self.share)[:, None])
+
+
+def _pulls(plan: Plan) -> _Pulls | None:
+    """None of a plan without drives, or without possible cases."""
     manifest = plan.manifest
     drives = [(drive, drive.drive) for drive in manifest.drives if drive.drive is not None]
     cases = [(number, each.case) for number, each in enumerate(plan.cases) if each.case is not None]
     if not (drives and cases):
-        return ""
-    weight = np.array([case.total_load * manifest.scales.force for _, case in cases])
-    share = np.array([least_plateau(case) for _, case in cases])
+        return None
     pace = np.array([named.in_si.spring_stiffness * named.in_si.stage_velocity for _, named in drives])
     damper = np.array([_damper(named) for _, named in drives])
     lasts = [named.in_si.duration or math.inf for _, named in drives]
-    pull = np.array([rate * time if rate else 0.0 for rate, time in zip(pace, lasts, strict=True)]) + damper
-    low = np.isfinite(share)[:, None] & (pull < (weight * share)[:, None])
-    if not low.any():
+    return _Pulls(
+        [number for number, _ in cases],
+        [drive for drive, _ in drives],
+        np.array([case.total_load * manifest.scales.force for _, case in cases]),
+        np.array([least_plateau(case) for _, case in cases]),
+        pace,
+        damper,
+        np.array([rate * time if rate else 0.0 for rate, time in zip(pace, lasts, strict=True)]) + damper,
+    )
+
+
+def _too_short(plan: Plan) -> str:
+    """Report drives that are too short to slide."""
+    found = _pulls(plan)
+    if found is None or not found.weak.any():
         return ""
-    number, which = divmod(int(low.argmax()), len(drives))
-    drive, named = drives[which]
-    needed = max(weight[number] * share[number] - damper[which], 0.0) / pace[which] if pace[which] else math.inf
+    number, which = divmod(int(found.weak.argmax()), len(found.drives))
+    drive, weight, share = found.drives[which], found.weight[number], found.share[number]
+    assert drive.drive is not None
+    missing = max(weight * share - found.damper[which], 0.0)
+    needed = missing / found.pace[which] if found.pace[which] else math.inf
     key, amount, unit = ("duration", needed, "s")
     if TRAVEL in drive.given:
-        key, amount, unit = (TRAVEL, needed * named.in_si.stage_velocity, "m")
+        key, amount, unit = (TRAVEL, needed * drive.drive.in_si.stage_velocity, "m")
     advice = (
         f"needs {key} ≥ {_up(amount):.2g} {unit}"
         if math.isfinite(needed)
         else "the stage is at rest: raise stage_velocity"
     )
-    reached = f"reaches F/W = {pull[which] / weight[number]:.2g}, slips near {share[number]:.2g}"
-    where = ", ".join(filter(None, [_words(plan, cases[number][0]), drive.label]))
-    return f"too short to slip: {low.sum()} of {low.size} drives, first {where}: {reached}: {advice}"
+    reached = f"reaches F/W = {found.pull[which] / weight:.2g}, slips near {share:.2g}"
+    where = ", ".join(filter(None, [_words(plan, found.numbers[number]), drive.label]))
+    return f"too short to slip: {found.weak.sum()} of {found.weak.size} drives, first {where}: {reached}: {advice}"
+
+
+_OF_SLIPS: Final = ("static_friction", "kinetic_friction", "stick_slip_period")
+"""Numbers that a drive without a slip has not."""
+_OF_PLATEAUS: Final = ("plateau_mean", "plateau_stress", "mean_step", "mean_drop", "kinetic_friction")
+"""Numbers that a record without a steady part has not."""
+
+
+def impossible_numbers(plan: Plan) -> dict[str, str]:
+    """Numbers that no case of a plan can have -> why, in a line."""
+    found, pulls = dict[str, str](), _pulls(plan)
+    if pulls and pulls.weak.all():
+        found |= dict.fromkeys(_OF_SLIPS, _too_short(plan))
+    cases = [each.case for each in plan.cases if each.case is not None]
+    if cases and all(map(_ends_within_run_in, cases)):
+        line = f"all records end before they are steady, which takes {RUN_IN:g} presliding lengths and {FEWEST_EVENTS} events"
+        found |= dict.fromkeys(_OF_PLATEAUS, f"{line}: raise limits.presliding or events")
+    return found
+
+
+def _ends_within_run_in(case: Case) -> bool:
+    """True if the limits of a case end its record before its steady part begins."""
+    short = case.max_presliding is not None and case.max_presliding <= RUN_IN
+    few = case.max_events is not None and case.max_events <= FEWEST_EVENTS
+    return limits_shear(case) and (few or (short and case.spacing_events is None))
 
 
 _LOOKED_AT: Final = 1000

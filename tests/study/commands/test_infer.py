@@ -117,6 +117,29 @@ def test_a_setting_of_a_drive_is_found_and_what_is_expected_is_printed_before(ma
     assert data.nanoslip.trajectory().sizes["sample"] > 100
 
 
+IMPOSSIBLE = "effects.pin_translation = false\nslip.residual_shear = 1.0\n"
+
+
+@pytest.mark.parametrize(
+    ("changed", "words", "advice"),
+    [
+        ('[[drives]]\nduration = "1e-6 s"\n', ("mu_s=0.3±0.02", "--vary", "mu_i=0.3:0.6"), "needs duration"),
+        ("[limits]\npresliding = 1.0\n", ("plateau/mu_i=0.5±0.02", "--vary", "mu_i=0.3:0.6"), "limits.presliding"),
+        ("[limits]\nevents = 5\n", ("plateau=0.3±0.02", "--vary", "mu_i=0.3:0.6"), "events"),
+        (IMPOSSIBLE, ("plateau=0.3±0.02", "--vary", "mu_i=0.3:0.6"), "pin_translation"),
+    ],
+)
+def test_what_no_point_can_have_is_refused_before_anything_is_computed(
+    main: Main, contacts: Path, changed, words, advice
+):
+    """A drive that never pulls as hard as friction holds, records that end before they are steady, impossible pins."""
+    contacts.write_text('title = "x"\nnumerics = {n_x = 33, scheme = "strip"}\nensemble.members = 3\n' + changed)
+    code, _, errors = main("fit", contacts, *words)
+    assert code == 2
+    assert advice in errors
+    assert not Path("results").exists()
+
+
 @pytest.mark.slow
 def test_why_cases_have_no_number_is_said(main: Main, contacts: Path):
     """The contact of a small radius has few nodes, so its number is flagged: both commands say so, and how many."""
