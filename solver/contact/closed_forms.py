@@ -105,11 +105,13 @@ class MindlinLoops:
         return self.bearing * (np.asarray(share) / self.stiffness + self.compliance * _micro_slip(share))
 
     def loss(self, amplitude: Floats) -> Floats:
-        """Energy lost in a cycle, in G·L_x²·L_y: B (μW)² (4 q g(q) - 8 ∫g), and 4 μW times the sliding distance at
-        each turn."""
+        """Energy lost in a cycle, in G·L_x²·L_y: B (μW)² (4 q g(q) - 8 ∫g), and 4 μW times the amplitude beyond the
+        onset of sliding."""
         amplitude = np.asarray(amplitude, float)
         ends = np.geomspace(1e-9, 0.5, 2001)  # dense at both ends: loops are small, or g is steep
         q = np.concatenate(([0.0], ends, 1.0 - ends[-2::-1], [1.0]))
+        # By Masing's rule a half loop is the first branch δ(Q) doubled: the loss is 4 Q_1 δ(Q_1) - 8 ∫δ dQ up to the turn
+        # Q_1 = q μW. The elastic part of δ cancels in it. Beyond q = 1 each of two strokes slides by twice `slid`.
         q = np.interp(amplitude, self.amplitude(q), q)
         slid = np.maximum(amplitude - self.amplitude(np.array(1.0)), 0.0)
         return self.compliance * self.bearing**2 * _masing(q) + 4 * self.bearing * slid
@@ -125,6 +127,7 @@ def _masing(share: Floats) -> Floats:
     """4 q g(q) - 8 ∫ g dq from 0 to q; by its series (2/3) q³ + (1/3) q⁴ for small q."""
     q = np.asarray(share, float)
     rest = 1 - q
+    # ∫r ln r dr = r² ln r/2 - r²/4, with r = 1 - q.
     integral = q**2 / 2 + (rest**2 - 1) / 4 - rest * scipy.special.xlogy(rest, rest) / 2
     return np.where(q < 1e-3, 2 / 3 * q**3 + q**4 / 3, 4 * q * _micro_slip(q) - 8 * integral)
 
@@ -149,6 +152,7 @@ class SlidingContact:
     @property
     def centroid(self) -> float:
         """Centroid of the pressure, from the pin's middle."""
+        # (1 + t)/2 has a beta distribution with the parameters 1 + power ∓ skew, hence mean, norm and shares of the load.
         return self.centre - self.half_width * self.skew / (self.power + 1)
 
     def pressure(self, x: Floats) -> Floats:

@@ -104,6 +104,7 @@ class ContactSystem:
         """Forces and approach (any, size + 1) for right sides that are rows, the load's last."""
         forces = self._solve(rows[:, :-1])
         found = np.empty_like(rows)
+        # f = A⁻¹ h - approach·A⁻¹ 1; the sum of the forces f_z is the load's entry of the right side.
         found[:, -1] = approach = (forces @ self._ones - rows[:, -1]) / self._share
         found[:, :-1] = forces - approach[:, None] * self._alone
         return found

@@ -155,6 +155,7 @@ def truncation(bins: Floats) -> int:
     # Sums run from the end, over what is kept; less a typical value, so that their difference keeps its digits.
     centred = (bins - bins[-1])[::-1]
     kept = np.arange(1, len(bins) + 1)
+    # Σ(b - mean)² = Σb² - (Σb)²/m over the m bins kept; over m² it is the square of the standard error of their mean.
     squares = (centred**2).cumsum() - centred.cumsum() ** 2 / kept
     return int((squares / kept**2)[::-1][: latest_truncation(len(bins)) + 1].argmin())
 
@@ -170,6 +171,7 @@ def unsteadiness(blocks: Floats, latest: bool) -> str:
     """
     means = blocks.reshape(8, -1).mean(axis=1)
     mean, place = float(means.mean()), _PLACES
+    # Least squares: the slope of the line through the means, in which places are shares of the stretch, is its change.
     change = float(place @ means / (place @ place))
     rest = means - mean - change * place
     # Eight means less the two numbers of the line leave six degrees of freedom.

@@ -87,6 +87,7 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     Before that part friction rises from 0 to its mean over so long a way that the pin is as fast as the stage, to 1 %.
     """
     first, mean, decay = limit.periodic_from, limit.steady_force, decay_rate(drive)
+    # On a contact of this slope, RISING² k, a stuck pin follows the stage with kV/(k + slope) = V/(1 + RISING²).
     ramp = mean / (RISING**2 * drive.spring_stiffness)
     arrives = (ramp + mean / drive.spring_stiffness) / drive.stage_velocity
     rings = -math.log(RISING) / decay if decay else 0.0  # without a damper it may still stick later

@@ -51,6 +51,8 @@ class Oscillator:
         distance, speed = self._start()
         h, rate = self._impulse_response(time - self.time, functions)
         damping = 2.0 * self.damping_ratio * math.sqrt(self.spring_stiffness)
+        # Relative to steady sliding, y = x - (Vt - F/k) is free: y'' + c y' + k y = 0. With the impulse response h,
+        # y = y_0 (h' + c h) + y'_0 h, and y' = y'_0 h' - k y_0 h, as h'' = -c h' - k h.
         position = steady + distance * (rate + damping * h) + speed * h
         velocity = self.stage_velocity + speed * rate - self.spring_stiffness * distance * h
         return position, velocity
@@ -65,6 +67,7 @@ class Oscillator:
         # Relative to steady sliding the motion is a free oscillation: its rates follow from distance and velocity.
         acceleration = -2.0 * decay * speed - self.spring_stiffness * distance
         jerk = -2.0 * decay * acceleration - self.spring_stiffness * speed
+        # The velocity has extrema half a turn apart, where the acceleration is 0, and bends where the jerk is 0.
         phase = _phase_of_zero(acceleration, jerk, decay, beat)
         bend = _phase_of_zero(jerk, -2.0 * decay * jerk - self.spring_stiffness * acceleration, decay, beat)
         turn = self.time + (phase if phase > _ROUNDING else math.pi) / beat
@@ -117,11 +120,13 @@ class Oscillator:
             # Two decaying exponentials: hyperbolic functions would overflow before the damping takes hold.
             fast, slow = exp(-(decay + beat) * tau), exp(-(natural**2 / (decay + beat)) * tau)
             sine, cosine = (slow - fast) / 2.0, (slow + fast) / 2.0
+        # e^(-ζω_n τ) sin(ω_d τ)/ω_d and its derivative, ω_d = ω_n √(1 - ζ²); of ζ > 1 sinh and cosh with √(ζ² - 1).
         return sine / beat, cosine - decay / beat * sine
 
 
 def _phase_of_zero(value: float, rate: float, decay: float, beat: float) -> float:
     """Phase, 0 to π, at which a decaying oscillation is first 0 that begins with this value and this rate of change."""
+    # e^(-decay τ) (value cos φ + (rate + decay·value)/beat sin φ), φ = beat·τ, vanishes at this φ.
     return math.atan2(-value * beat, rate + decay * value) % math.pi
 
 
@@ -156,6 +161,7 @@ def stick_slip(
     @cache  # all later slips are one
     def slide(force: float) -> tuple[Oscillator, float, float]:
         """A slip from time 0 and position 0 that begins with this spring force: its motion, duration and length."""
+        # The spring's pull at the start counts as friction of the other sign: time and position then begin at 0.
         pin = Oscillator(k, drive.damping_ratio, stage, kinetic - force)
         duration = pin.first_stop(math.inf)
         return pin, duration, pin.compute_position(duration)
@@ -163,6 +169,7 @@ def stick_slip(
     starts, ends, forces = list[float](), list[float](), list[float]()
     places, since, limit = [0.0], 0.0, static
     while len(starts) < most_slips and not math.isnan(since):
+        # At rest the damper pulls with c V, so the spring only needs the rest; it has it when V t - x is force/k.
         force = max(limit, kinetic) - damper
         start = (force / k + places[-1]) / stage
         if start < since:  # it has stuck with more force than is needed to slip

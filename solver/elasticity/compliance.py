@@ -181,6 +181,8 @@ def _stiffness_of_node(compliance: Compliance, in_contact: bytes) -> float:
     beside = compliance.entries(nodes, added)
     found = np.linalg.solve(compliance.entries(nodes, nodes), np.column_stack((np.ones(len(nodes)), beside)))
     left = compliance.entries(added, added).diagonal() - np.einsum("ij,ij->j", beside, found[:, 1:])
+    # K = 1ᵀ C⁻¹ 1. With a node more, whose compliances with the others are c and with itself c_0, the bordered
+    # inverse adds (1 - cᵀ C⁻¹ 1)²/(c_0 - cᵀ C⁻¹ c).
     return float(np.mean((1.0 - beside.T @ found[:, 0]) ** 2 / left)) if len(added) else 0.0
 
 
@@ -219,6 +221,8 @@ def add_node(compliance: Compliance, stiffness: Dense, nodes: Indices, node: int
     reached = stiffness @ np.vstack((compliance.entries(held, new), loaded))
     # Schur complement: how far the node gives way while all others are held.
     own = np.linalg.inv(compliance.entries(new, new) - beside @ reached)
+    # Inverse by blocks, with S the old inverse, B the new rows, R = S Bᵀ and D the Schur complement's inverse:
+    # [S + R D B S, -R D; -D B S, D].
     whole = np.arange(len(stiffness) + 2)
     added = np.array([place, len(nodes) + place])
     old = np.delete(whole, added)
@@ -258,6 +262,7 @@ def invert_bordered(system: Dense, name: str, room: Dense | None = None) -> Dens
     np.add(triangle, triangle.T, out=block)
     block[np.diag_indices(len(block))] /= 2.0
     # The border by elimination: equal heights cause the forces `alone`, which bear the load together.
+    # [A 1; 1ᵀ 0]⁻¹ = [A⁻¹ - a aᵀ/s, a/s; aᵀ/s, -1/s] with a = A⁻¹ 1 and s = 1ᵀ a.
     alone = block @ border
     share = float(border @ alone)
     for rows in some:

@@ -59,6 +59,7 @@ def find_power_law(sizes: SizeSample) -> PowerLaw | None:
         return None
     cutoffs, tails = sizes.values[firsts], len(sizes.values) - firsts
     logs = np.log(sizes.values)
+    # Greatest likelihood (Clauset et al., Eq. 3.1): 1/(τ - 1) is the mean of ln(x/x_min).
     sums = np.cumsum(logs[::-1])[::-1][firsts] - tails * np.log(cutoffs)
     # Sizes that are equal but for rounding have an exponent beyond the bound, not 1/0.
     means = np.maximum(sums, 1e-300) / tails
@@ -75,6 +76,7 @@ def discrete_exponents(means: Vector, cutoffs: Vector) -> Vector:
     # Start (Clauset et al., Eq. 3.7): whole numbers as a continuous law from k_min - 1/2 on.
     exponents = np.minimum(1.0 + 1.0 / (means + np.log(cutoffs / (cutoffs - 0.5))), EXPONENTS[1])
     for _ in range(20):
+        # The likelihood of whole numbers, -ln ζ(τ, k_min) - τ·mean(ln k), is greatest where its derivative is 0.
         slope, curvature = _log_zeta_slopes(exponents, cutoffs)
         step = (slope + means + np.log(cutoffs)) / curvature
         # Never more than half way to the pole of ζ at 1, beyond which there is no law.
@@ -197,6 +199,7 @@ def power_law_sizes(rng: np.random.Generator, count: int, exponent: float, cutof
     if not discrete:
         # A law as flat as 1/x has sizes beyond all numbers.
         with np.errstate(over="ignore"):
+            # A share (x/x_min)^(1-τ) of sizes is larger than x.
             return np.minimum(cutoff * uniform ** (-1.0 / (exponent - 1.0)), np.finfo(float).max)
     return _whole_sizes(uniform, exponent, cutoff)
 

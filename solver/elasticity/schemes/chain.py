@@ -89,6 +89,8 @@ class Chain(Scheme):
     def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
         """Stiffness K, in G, of neighbouring blocks moving together far from the ends, with the blocks that they drag along."""
         leaf, coupling = spring_stiffness(self, slab)
+        # The chain to one side has a stiffness s: a coupling spring in series with a block's leaf spring and, again, s.
+        # s = k_c (k_l + s)/(k_c + k_l + s) gives 2 s = √(k_l² + 4 k_l k_c) - k_l for both sides together.
         return leaf * nodes + float(np.sqrt(leaf**2 + 4.0 * leaf * coupling)) - leaf
 
 

@@ -167,6 +167,7 @@ def mean_log(distance: NDArray[Any]) -> Vector:
     far = np.abs(distance) >= FAR
     z = distance[far]
     # The closed form is a small difference of terms that grow as z² ln z.
+    # ln(z + s) = ln z + Σ ±(s/z)^m/m: odd powers vanish in the mean, that of an even s^m is 2/((m + 1)(m + 2)).
     found[far] = (np.log(z) - sum(2 / (m * (m + 1) * (m + 2)) / z**m for m in range(2, 17, 2))).real
     z = distance[~far]
     found[~far] = ((_square_log(z + 1) + _square_log(z - 1)) / 2 - _square_log(z)).real - 1.5

@@ -52,6 +52,7 @@ def _require_depth(slab: Slab) -> None:
     nu = slab.poisson
     oscillation = math.atanh((1 - 2 * nu) / (2 - 2 * nu)) / math.pi
     digamma = float(scipy.special.digamma(0.5 + 1j * oscillation).real)
+    # The punch's sinking is positive if ln(D/2a) > γ + Re ψ + 1/(2(1-ν)), with 2a the forces' whole width.
     wide = 1.0 + BEYOND_THE_END * slab.spacing
     if slab.aspect_ratio <= wide * math.exp(np.euler_gamma + digamma + 1 / (2 * (1 - nu))):
         need = "a deeper datum with scheme half_plane (1 suffices for all ν ≥ 0)"

@@ -40,6 +40,7 @@ def half_space(slab: Slab) -> Dense:
     x, y, nu = corners[:, None], corners, slab.poisson
     along_x, along_y = y * _log(x, y), x * _log(y, x)
     across = (1.0 - 2.0 * nu) / 2.0 * (y * np.log(np.hypot(x, y)) + x * np.arctan(y / x))
+    # (1-ν)/r + ν x²/r³ = x²/r³ + (1-ν) y²/r³.
     u, w = along_x + (1.0 - nu) * along_y, (1.0 - nu) * (along_x + along_y)
     u, w, across = np.diff(np.diff([u, w, across], axis=-2), axis=-1) / (2.0 * np.pi)
     # Corners on both sides round differently; Cholesky's factor needs a symmetric matrix to the last bit.

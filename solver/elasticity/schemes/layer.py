@@ -66,6 +66,7 @@ def _splines(slab: Slab, farthest: float) -> "scipy.interpolate.CubicSpline":
     q = np.exp(-2.0 * xi)
     along_x, along_z, mixed = remainders(xi, slab)
     along_x, along_z = (each - (1.0 - slab.poisson) * q for each in (along_x, along_z))  # the strip's without its image
+    # tanh ξ - 1 with tanh ξ = (1 - q)/(1 + q).
     along_y = -2.0 * q / (1.0 + q)
     r = np.linspace(0.0, farthest, max(FEWEST_PLACES, math.ceil(PLACES * farthest / height)))
     table = np.empty((4, len(r)))

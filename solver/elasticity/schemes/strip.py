@@ -64,6 +64,9 @@ def remainders(xi: Vector, slab: Slab) -> Vector:
     From ξ = kH, with all exponentials as q = exp(-2ξ): none overflows, and nothing large cancels.
     """
     nu, q = slab.poisson, np.exp(-2.0 * xi)
+    # The head's transforms less (1-ν)(1 - q) along and (1-2ν)/2 across, with sinh 2ξ = (1/q - q)/2 and
+    # cosh 2ξ = (1/q + q)/2. Without friction `under` is q D and q² - q is taken out along z; across, the terms in
+    # sinh cancel. Bonded, `under` is D, terms in 1/q cancel along, and 1-2ν is (κ-1)/2 across.
     if slab.support == "frictionless":
         under = (1.0 - q**2) / 2.0 + 2.0 * xi * q
         along_z = (1.0 - nu) * q * (q - 1.0) * ((1.0 - q) / 2.0 + 2.0 * xi) / under

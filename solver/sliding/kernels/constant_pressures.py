@@ -100,6 +100,7 @@ def _worst_violation(
 @compiled(inline="always")
 def _distance(shear: Floats, tableau: Floats, shear_limit: Floats, residual_shear: float, i: int) -> float:
     """Distance that node i slips, the others held, until residual_shear of its limit is left of its shear."""
+    # Shear falls by tableau[i, i] per distance, from its value to ±left.
     left = residual_shear * shear_limit[i]
     return float(((left if shear[i] > 0.0 else -left) - shear[i]) / tableau[i, i])
 
