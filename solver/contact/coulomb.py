@@ -218,6 +218,7 @@ def _respond(
     beyond = stiffness.take(lifted, 0)
     beyond *= share[:, None]
     beyond += stiffness.take(slide, 0)  # f_x + σ μ_i f_z, which is σ S at the limit: N is -f_z
+    # A sliding node that moves by d along x moves by slope·d along z; its limit makes d linear in what is lacking.
     lacking = unpressed[nodes[slide]] - beyond @ given
     try:
         moved = np.linalg.solve(beyond.take(slide, 1) + beyond.take(lifted, 1) * slope, lacking)

@@ -177,6 +177,7 @@ def profile_slopes(knots: Vector, rows: Vector, spacing: float) -> tuple[float, 
     xi = np.unique(np.concatenate((nodes, knots)))
     heights = np.array([np.interp(xi, knots, rises) for rises in rows])
     seen = [np.interp(xi, nodes, np.interp(nodes, knots, rises)) for rises in rows]
+    # Between knots the slope is Δh/Δξ: its square over the stretch adds up to Δh²/Δξ.
     squares = [float((np.diff(each) ** 2 / np.diff(xi)).sum()) for each in (heights, heights - seen)]
     width = float(knots[-1] - knots[0]) * len(rows)
     return math.sqrt(squares[0] / width), math.sqrt(squares[1] / width)
@@ -227,6 +228,7 @@ def _lognormal(uniform: Vector, spread: float) -> Vector:
 
 DISTRIBUTIONS: dict[Distribution, Callable[[Vector, float], Vector]] = {
     "lognormal": _lognormal,
+    # 2u - 1 has the variance 1/3.
     "uniform": lambda uniform, spread: np.asarray(1.0 + math.sqrt(3.0) * spread * (2.0 * uniform - 1.0)),
     "normal": lambda uniform, spread: np.maximum(1.0 + spread * scipy.special.ndtri(uniform), 0.0),
 }

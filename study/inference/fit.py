@@ -156,6 +156,7 @@ class Fit:
 
     def limit(self, level: float) -> float:
         """The misfit up to which points agree at this level."""
+        # At the true parameters the misfit is a sum of so many squared standard normal errors.
         return float(scipy.stats.chi2.ppf(level, len(self.targets)))
 
     @cached_property

@@ -217,9 +217,12 @@ def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:
     size, every = table.size, tuple(range(table.ndim))
 
     def variance(means: Floats) -> float:
+        # Each of m means is over size/m values: noise adds noise·m/size to its variance, and (m - 1)/m of that to the
+        # variance about their common mean.
         return max(float(means.var()) - noise * (means.size - 1) / size, 0.0)
 
     whole = max(variance(table), 1e-300)
+    # First: variance of the means at each level of the axis. Total: all that is no variance of the means over the axis.
     first = [variance(table.mean(axis=tuple(each for each in every if each != axis))) / whole for axis in every]
     total = [1.0 - variance(table.mean(axis=axis)) / whole for axis in every]
     return np.clip(first, 0.0, 1.0), np.clip(total, 0.0, 1.0)

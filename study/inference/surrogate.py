@@ -103,6 +103,7 @@ class Surrogate:
             part = slice(first, first + CHUNK)
             near = self._covariance(x[part])
             means[part] = near @ weights
+            # Eq. 2.25 and 2.26: mean kᵀ K⁻¹ y and variance k_0 - |L⁻¹ k|², k the covariances with the values, K = L Lᵀ.
             half = scipy.linalg.solve_triangular(self.factor[0], near.T, lower=True)
             variances[part] = self.amplitude - np.einsum("ij,ij->j", half, half)
         widened = self.scale * max(self.surprise, 1.0)
@@ -118,6 +119,7 @@ class Surrogate:
         if np.isfinite(self.kernel.freedom):
             waves = waves / np.sqrt(draw.chisquare(self.kernel.freedom, WAVES) / self.kernel.freedom)
         waves, phases = waves / self.lengths[:, None], draw.uniform(0.0, 2.0 * np.pi, WAVES)
+        # A covariance is the mean of cosines over its spectrum: normal, or Student's t for a Matérn kernel.
         heights = draw.standard_normal((WAVES, count)) * np.sqrt(2.0 * self.amplitude / WAVES)
 
         def before(x: Floats) -> Floats:
@@ -257,5 +259,7 @@ def _unlikelihood(
     weights = inverse @ residual
     value = 0.5 * residual @ weights + np.log(np.diag(factor[0])).sum()
     change = inverse - np.outer(weights, weights)
+    # Eq. 5.9, ½ tr((K⁻¹ - α αᵀ) ∂K/∂θ) with α = K⁻¹ y. By the logarithm of a length k(r) changes by -k'/r times that
+    # length's part of r².
     by_length = 0.5 * np.einsum("ij,ijk->k", change * amplitude * kernel.slope(r), squares)
     return float(value), np.array([*by_length, 0.5 * np.sum(change * smooth), 0.5 * scatter * np.trace(change)])

@@ -138,6 +138,7 @@ def _cycle(averages: Averaged, number: int, rate: float, damping: float | None) 
     fit = motion(best.x)
     pin = fit.pin
     omega, static = math.sqrt(pin.spring_stiffness), float(best.x[1] * drop)
+    # The damper pulls a pin at rest with c V = 2ζω · rate/ω².
     return Cycle(
         start=pin.time,
         static=static,
@@ -163,6 +164,8 @@ class _Motion(NamedTuple):
 def _motion(
     time: Floats, start: float, static: float, kinetic: float, rate: float, omega: float, zeta: float
 ) -> _Motion:
+    # In units of force the mass is 1: k = ω², and a stuck pin's force rises with kV, the rate. The pin starts where the
+    # spring has the static force.
     stiffness, stage = omega**2, rate / omega**2
     pin = Oscillator(stiffness, zeta, stage, kinetic, start, stage * start - static / stiffness)
     stop = pin.first_stop(start + 4.0 * math.pi / omega)
@@ -209,5 +212,6 @@ def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: fl
     if left > LEAST_DROP**2:
         return None
     slopes = np.asarray(best.jac)
+    # Covariance of least squares: (JᵀJ)⁻¹ times the mean squared residual.
     errors = scale * np.sqrt(np.diag(np.linalg.pinv(slopes.T @ slopes)) * left)
     return StaticForce(float(best.x[1] * scale[1]), float(errors[1]))

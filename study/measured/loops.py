@@ -87,12 +87,14 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     ends = [_contacts_at_turns(position, force, stroke) for stroke in strokes]
     swings = [(ends[low] - ends[high]) * strokes[low].way / 2.0 for low, high in cycles]
     reaches = [abs(position[strokes[low].last] - position[strokes[low].first]) / 2.0 for low, _ in cycles]
+    # The rig between stage and contact takes up a part of the stage's amplitude.
     amplitudes = [reach - swing * soft for reach, swing in zip(reaches, swings, strict=True)]
     middles = [_mean_within_shares(position, force, stroke, *MIDDLE) for stroke in strokes]
     halves = [(middles[low] - middles[high]) * strokes[low].way / 2.0 for low, high in cycles]
     widths = [_width(position, force, strokes[low], strokes[high]) for low, high in cycles]
     slopes = [_slope_after_turn(position, force, stroke) for stroke in strokes[1:]]
     slopes = [slope for slope in slopes if math.isfinite(slope)]
+    # The rectangle around the loop, 2 swings high and 2 amplitudes wide.
     most = [4.0 * newtons * swing * reach for swing, reach in zip(swings, amplitudes, strict=True)]
     ratios = [energy / largest for energy, largest in zip(energies, most, strict=True) if largest > 0.0]
     stiffness = mean_with_error([newtons * slope for slope in slopes], "N m-1")
@@ -196,5 +198,6 @@ def _less_rig(stiffness: Measured, rig: float) -> Measured:
     error = stiffness.uncertainty if math.isfinite(stiffness.uncertainty) else 0.0
     if stiffness.value + 2.0 * error >= rig:
         return Measured(math.nan, math.nan, 0, stiffness.unit)
+    # Springs in series: 1/k = 1/k_contact + 1/k_rig, so errors grow by (k_contact/k)².
     contact = 1.0 / (1.0 / stiffness.value - 1.0 / rig)
     return stiffness._replace(value=contact, uncertainty=stiffness.uncertainty * (contact / stiffness.value) ** 2)

@@ -44,6 +44,7 @@ def has_correlation(values: Floats) -> bool:
     squares = float(off @ off)
     if count <= 2 * VALUE_BATCHES or squares == 0.0:
         return False
+    # About the correlation of neighbours: for n independent values 0 ± √((n - 2)/(n² - 1)).
     alike = 1.0 - float(np.sum(np.diff(values) ** 2)) / (2.0 * squares)
     return alike > float(scipy.special.ndtri(1.0 - REJECTED)) * math.sqrt((count - 2.0) / (count**2 - 1.0))
 

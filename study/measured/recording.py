@@ -334,12 +334,14 @@ def noise_deviation(force: Floats, width: int = 1) -> float:
     neighbouring samples whose noise is meant.
     """
     steps = np.abs(np.diff(force))
+    # A number rounded to steps of s is off by anything up to s/2, evenly: s/√12.
     rounding = steps[steps > 0.0].min(initial=math.inf) / math.sqrt(12.0)
     sums = np.concatenate(([0.0], np.cumsum(force - force[0])))
     means = (sums[width:] - sums[:-width]) / width
     second = np.abs(means[2 * width :] - 2.0 * means[width:-width] + means[: -2 * width])
     parts = max(1, min(_PARTS, len(force) // (2 * FEWEST_POINTS)))
     sizes = [float(np.median(part)) for part in np.array_split(second, parts)]
+    # Second differences of white noise have the variance (1 + 4 + 1)σ²; _NORMAL leads from their median size to √6 σ.
     noise = _NORMAL * max(sizes) / math.sqrt(6.0)
     return max(noise, float(rounding) / math.sqrt(width)) if math.isfinite(rounding) else noise
 

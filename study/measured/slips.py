@@ -174,6 +174,7 @@ def breakaway(at: Floats, force: Floats, level: float) -> Breakaway | None:
     after = np.arange(top, min(top + (top - low), len(force) - width))
     if 2 * width > top - low or not len(after):
         return None
+    # Sum of `width` samples before each place, less that of as many after it.
     falls = 2.0 * sums[after] - sums[after - width] - sums[after + width]
     sample = _sample_of_break(at, force, int(after[np.argmax(falls)]), width)
     before = slice(sample - 2 * width, sample)

@@ -367,6 +367,7 @@ def samples_in_period(force: Floats) -> float:
     if len(power) < 2 or not power.sum() > 0.0:
         return math.inf
     share = power.max() / power.sum()
+    # The largest of n exponentially distributed powers exceeds this share of their sum with at most this probability.
     by_chance = len(power) * (1.0 - share) ** (len(power) - 1)
     return len(force) / (int(power.argmax()) + 1.0) if by_chance < CHANCE else math.inf
 

@@ -230,6 +230,8 @@ def _slide_seconds(case: Case, events: float) -> float:
     slab, scheme = case.slab, case.slab.scheme
     own = NODE_STIFFNESS * (slab.spacing if scheme.planar else 1.0)
     leaf, coupling = spring_stiffness(scheme, slab) if isinstance(scheme, Chain) else (own, 0.0)
+    # Slips per event: all nodes regain own stiffness · step each, and lose `lost` · μ_i W/nodes in a slip. With the
+    # step lost · μ_i W/(K · EVENTS · nodes) that is own stiffness · nodes/(K · EVENTS).
     in_an_event = min(max((leaf + 2.0 * coupling) / EVENTS * nodes / stiffness, 1.0), nodes)
     return SLIP * row * (events * in_an_event + row)
 
