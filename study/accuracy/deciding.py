@@ -225,20 +225,19 @@ def _keep(results: Sequence[TaskResult], kept: Store | None) -> None:
                 kept.write(each, shared=True)
 
 
-def deciding_words(found: Deciding, title: str = "") -> Iterator[str]:
-    """Word influences as parts of a sentence: `0.42 ± 0.01 with half, 0.48 ± 0.02 with twice the node spacing`.
+def deciding_lines(found: Deciding, title: str = "") -> Iterator[str]:
+    """Each influence in a line: `with half the node spacing: 0.42 ± 0.01`, `with twice the node spacing: 0.48 ± 0.02`.
 
-    title: of the number.
+    title: symbol of the number, where a line is to name it.
     """
     unit = as_written(variables_by_name()[found.variable].units)
-    worded = with_error if unit == "1" else lambda value, error: compact(value, unit, error)
-    values = [f"{worded(each.value, each.error)} with {times(each)}" for each in found.computed]
-    if values:
-        yield f"{title}{', '.join(values)} the node spacing"
-    yield from map(missing_words, (each for each in found.spacings if not each.has_value))
+    for spacing in found.computed:
+        value = with_error(spacing.value, spacing.error) if unit == "1" else compact(spacing.value, unit, spacing.error)
+        yield f"{title}with {times(spacing)} the node spacing: {value}"
+    yield from (missing_words(spacing) for spacing in found.spacings if not spacing.has_value)
     if math.isfinite(found.without_drop):
         value = f"{found.without_drop:.3g}" if found.variable in OF_FRICTION else "no stick-slip"
-        yield f"{value} if slips drop no stress"
+        yield f"{title}if a slipping node keeps its full shear: {value}"
 
 
 def times(spacing: Spacing) -> str:

@@ -15,7 +15,7 @@ from nanoslip.study.accuracy.deciding import (
     SECONDS,
     Deciding,
     deciding,
-    deciding_words,
+    deciding_lines,
     missing_words,
     numbers_of_tasks,
     times,
@@ -60,15 +60,15 @@ def _first_drive(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
 
 def friction_answer(
     case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Collection[str], out: Path | None
-) -> str:
-    """Friction of a case with its ±, and what decides it beside the starts, in a line.
+) -> list[str]:
+    """Friction of a case with its ± in a line, then a line for each cause that decides it beside the starts.
 
     given: parameters that its author gave. out: see `deciding`.
     """
     answer, names = summary.answer_numbers(case), list(summary.answered(case))
     found = influences_on_case(case, manifest, of, out, SECONDS)
     if found is None:
-        return summary.answer(case)
+        return [summary.answer(case)]
     named = "" if names == [found.variable] else f"{number_name(found.variable)} "
     if "critical_velocity" in case:
         answer, names = f"{critical_words(case)}; {answer}", [summary.CRITICAL, *names]
@@ -81,7 +81,7 @@ def friction_answer(
         by += f"; {summary.with_meaning(case, STRESS)}"
     flags = ", ".join(flag.name for flag in decode_flags(int(case.get(VALIDITY.name, 0))))
     cautions = [*summary.failure_lines(case), *([f"flagged {flags}"] if flags else [])]
-    return "; ".join([f"{answer}{by}", *cautions, *deciding_words(found, named), *_defaults(case, manifest, of, given)])
+    return [f"{answer}{by}", *cautions, *deciding_lines(found, named), *_defaults(case, manifest, of, given)]
 
 
 STRESS: Final = "plateau_stress"
@@ -102,7 +102,7 @@ _DECIDE: Final = ("intrinsic_friction", "radius", "normal_load", "n_x")
 
 
 def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Collection[str]) -> Iterator[str]:
-    """The deciding parameters that nobody gave, as a part of a sentence: `by default μ_i = 0.5, k = 200 kN/m`."""
+    """The deciding parameters that nobody gave, in a line: `not given, so by default: μ_i = 0.5, k = 200 kN/m`."""
     assert of.case is not None
     decide = _DECIDE["slip" not in manifest.stages :]
     values = {name: value for name, value in of.case.flat.items() if name in decide and name not in given}
@@ -114,7 +114,7 @@ def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
         unnamed = {name: (value,) for name, value in drive.drive.flat.items() if name not in drive.given}
         sizes += drive_sizes({name: value for name, value in unnamed.items() if value != (None,)})
     if sizes:
-        yield f"by default {', '.join(sizes)}"
+        yield f"not given, so by default: {', '.join(sizes)}"
 
 
 def critical_words(case: xr.Dataset) -> str:
@@ -158,7 +158,7 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:
     parameters = {name: middle.parameters[name] for name in manifest.axes if name in middle.parameters}
     label = summary.label_text(parameters, manifest.stated_scales)
     where = f"The middle case, {label}" if len(possible) > 1 else "Answer"
-    answer = friction_answer(case, manifest, middle, {*manifest.fixed, *manifest.axes}, out)
+    answer = "; ".join(friction_answer(case, manifest, middle, {*manifest.fixed, *manifest.axes}, out))
     return f"{where}: {answer}." if answer else ""
 
 

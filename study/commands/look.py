@@ -101,10 +101,12 @@ def try_campaign(
     print_sentences([*_idle(given, contact), *([BALL] if resembles_ball(given) else [])])
     case = single(found, {})
     answer = friction_answer(case, manifest, expand(manifest)[0], typed, None)
-    note(answer)
+    for line in answer:
+        note(line)
     last = "path" if "loss_per_cycle" in case else manifest.stages[-1]
     _show_case(case, found, picture, () if everything else BRIEF[last])
-    note(answer)  # which has scrolled away
+    for line in answer:  # which has scrolled away
+        note(line)
     if endings.keys() & UNDONE:
         sys.exit(FAILURES)
 

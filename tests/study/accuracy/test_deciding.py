@@ -11,7 +11,7 @@ import xarray as xr
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.view import with_error
 from nanoslip.study import api
-from nanoslip.study.accuracy.deciding import MAIN, Announce, Deciding, Spacing, deciding, deciding_words
+from nanoslip.study.accuracy.deciding import MAIN, Announce, Deciding, Spacing, deciding, deciding_lines
 from nanoslip.study.commands.answering import critical_words
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.parameters import compact
@@ -148,7 +148,7 @@ def test_what_is_not_known_on_other_nodes_is_stated_in_words() -> None:
     late = Spacing(0.5, 33, seconds=20.0)
     for ending in Ending:
         words = list(
-            deciding_words(Deciding("plateau_mean", (late, Spacing(2.0, 9, ending=ending.value)), math.nan, 0.0))
+            deciding_lines(Deciding("plateau_mean", (late, Spacing(2.0, 9, ending=ending.value)), math.nan, 0.0))
         )
         assert "about 20 s" in words[0]
         assert "_" not in words[1]
@@ -157,20 +157,27 @@ def test_what_is_not_known_on_other_nodes_is_stated_in_words() -> None:
 def test_a_velocity_on_another_spacing_has_the_unit_of_the_answer() -> None:
     """An answer in mm/s beside another in m/s is read wrong."""
     spacings = (Spacing(0.5, 33, 1.5e-3, 1e-4), Spacing(2.0, 9, 2.85e-3, 2e-4))
-    assert list(deciding_words(Deciding("critical_velocity", spacings, math.nan, 0.0), "V_c ")) == [
-        "V_c 1.50 ± 0.10 mm/s with half, 2.9 ± 0.2 mm/s with twice the node spacing"
+    assert list(deciding_lines(Deciding("critical_velocity", spacings, math.nan, 0.0), "V_c ")) == [
+        "V_c with half the node spacing: 1.50 ± 0.10 mm/s",
+        "V_c with twice the node spacing: 2.9 ± 0.2 mm/s",
     ]
 
 
 def test_a_try_begins_and_ends_with_its_answer_and_what_decides_it(main: Main) -> None:
     code, text, _ = main("try", "n_x=17", "presliding=3", "radius=50", "intrinsic_friction=0.25", "members=3")
-    first, *_, last = text.splitlines()
-    half, twice = found_in(CASE).spacings
-    stated = [with_error(each.value, each.error) for each in (half, twice)]
-    assert (code, first) == (0, last)
-    assert "{} with half, {} with twice the node spacing; 0.25 if slips drop".format(*stated) in first
-    assert "μ_i" not in first
-    assert all(each in first for each in ("; flagged few_nodes", "; by default W/(G·L_x·L_y) = 0.001"))
+    lines = text.splitlines()
+    half, twice = (with_error(spacing.value, spacing.error) for spacing in found_in(CASE).spacings)
+    deciding = [
+        "flagged few_nodes",
+        f"with half the node spacing: {half}",
+        f"with twice the node spacing: {twice}",
+        "if a slipping node keeps its full shear: 0.25",
+    ]
+    assert code == 0
+    assert lines[1:5] == deciding
+    assert "by default: W/(G·L_x·L_y) = 0.001" in lines[5]
+    assert "μ_i" not in lines[5]
+    assert lines[:6] == lines[-6:]
     rows = [line for line in text.partition("──\n")[2].partition("\n\n")[0].splitlines() if line[:1].strip()]
     assert 5 <= len(rows) <= 8
     assert text.count("┤") == 12
@@ -192,7 +199,7 @@ def test_a_critical_velocity_has_the_range_of_its_starts(main: Main) -> None:
     starts = api.run(CRITICAL, progress=False).nanoslip.tree["drive_ensemble"]["critical_velocity"].values
     assert f"starts: {compact(min(starts), 'm/s')} to {compact(max(starts), 'm/s')}; " in text
     assert "(at 2 MN/m; " in next(line for line in text.splitlines() if line.startswith("critical_velocity "))
-    assert "stick-slip if slips drop no stress" in text
+    assert "if a slipping node keeps its full shear: no stick-slip" in text
     assert "± ?: a single start" in main("try", "--critical", *given, "members=1")[1].splitlines()[0]
 
 
