@@ -472,7 +472,7 @@ def _refuse_with_classical_sliding(case: Case) -> None:
 
 
 def _refuse_by_rows(case: Case) -> None:
-    """Raise InvalidInput for what needs a plane of nodes, or is not computed on one."""
+    """Raise InvalidInput for parameters that need a plane of nodes, or that are not computed on a plane."""
     points, planar = case.heterogeneity.roughness, case.slab.scheme.planar
     if not planar:
         require("start_y", case.start_y, case.start_y == 0.0, '0, as plane strain has no y; or scheme = "half_space"')

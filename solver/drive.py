@@ -185,7 +185,8 @@ class Drive:
 
     @property
     def flat(self) -> dict[str, Any]:
-        """Every parameter of the drive, its integrator by name and that one's settings beside it; None for other ones'."""
+        """Every parameter of the drive, its integrator by name and that one's settings beside it; None for other
+        integrators."""
         own = {name: getattr(self, name) for name in declared(type(self))}
         return own | INTEGRATORS.flat(self.integrator)
 

@@ -26,7 +26,7 @@ class Effect(Generic[Scene]):
 
 
 def _of_drive(key: str, off: Any, setting: str, name: str = "") -> Effect[Drive]:
-    """A field of a drive that has a value without the effect; with memory the others of a record are not there to be left."""
+    """A field of a drive that has a value without the effect; with memory there are no other teeth of a record."""
     return Effect(
         name or key,
         lambda drive: getattr(drive, key) != off and not (drive.memory and key in OVER_A_CONTACT),

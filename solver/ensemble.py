@@ -50,7 +50,7 @@ class Ensemble:
         return self.moved(case, drawn._replace(seed=case.heterogeneity.seed + number * SEEDS))
 
     def moved(self, case: Case, chance: "Chance") -> Case:
-        """The case so many spacings further, at another place on its profile, with nodes of another seed."""
+        """The case moved by a number of spacings, at another place on its profile, with nodes of another seed."""
         drawn = case.heterogeneity
         if drawn.spread:
             drawn = replace(drawn, seed=chance.seed)
@@ -80,7 +80,7 @@ class Ensemble:
         return self.members if self.within is None else min(FEWEST, self.members)
 
     def select_observables(self, names: Collection[str]) -> "Ensemble":
-        """The ensemble with those variables of its target that have these names; the fewest members if there are none."""
+        """The ensemble with only these variables in its target; the fewest members if there are none."""
         of = tuple(name for name in self.of if name in names)
         if of or self.within is None:
             return replace(self, of=of)

@@ -127,7 +127,8 @@ class Outcome:
         return Outcome(self.ending, "; ".join(each.message for each in both), self.longer or more.longer, cause)
 
     def naming(self, key: str) -> "Outcome":
-        """Outcome whose message advises to raise the key that gives the duration of the drive, if a longer one helps."""
+        """Outcome whose message advises to raise the key that gives the duration of the drive, if a longer drive
+        helps."""
         return self if not self.longer else replace(self, message=f"{self.message}; raise {key}", longer=False)
 
 

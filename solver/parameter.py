@@ -157,7 +157,7 @@ def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> Any
 
 
 def as_field(declared: Quantity) -> Any:
-    """A dataclass field with the declaration of another one."""
+    """A dataclass field with the declaration of another field."""
     return dataclasses.field(metadata={_KEY: declared})
 
 
@@ -231,7 +231,7 @@ class Parameter:
     above: float = -math.inf
     below: float = math.inf
     also: tuple[float, ...] = ()
-    """Numbers allowed beside those in bounds."""
+    """Numbers allowed in addition to the range."""
     need: str = ""
     """Allowed values, if the bounds alone do not state them."""
     note: str = ""
@@ -353,7 +353,7 @@ class _Check(NamedTuple):
     """True if None is allowed."""
     choices: tuple[str, ...]
     plain: Any
-    """The declared type, where that is one that values are converted to."""
+    """The declared type, if values are converted to it."""
 
     @classmethod
     def of(cls, name: str, stated: Parameter, kind: Any) -> Self:

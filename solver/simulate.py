@@ -119,7 +119,7 @@ def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None)
 
 
 def contact_pull(case: Case, drive: Drive, compliance: Compliance | None = None) -> Pulled | None:
-    """The way to pull the pin of `case` over its contact itself; None of a drive without `memory`."""
+    """The way to pull the pin of `case` over its contact itself; None for a drive without `memory`."""
     if not drive.memory:
         return None
     from nanoslip.solver.driven.contact_drive import pulling  # noqa: PLC0415  only where a scene calls for it

@@ -74,7 +74,7 @@ class Scheme(ABC):
 
     @property
     def bed_stiffness(self) -> float | None:
-        """Stiffness per length of springs that are pressed down each for itself, in G/L_x; None of a continuum."""
+        """Stiffness per length of independent springs under the surface, in G/L_x; None for a continuum."""
         return None
 
     def is_laterally_restrained(self, slab: "Slab") -> bool:
@@ -175,7 +175,7 @@ def parameters_of_a_slab() -> Mapping[str, Parameter]:
 def surface_x(n_x: int, first_node: int = 0, nodes: int | None = None) -> Floats:
     """Positions of a slab's n_x surface nodes from its middle, in L_x, (n_x,), read-only.
 
-    Of a surface without ends also of so many nodes from another one on.
+    On a surface without ends a window of nodes may begin anywhere.
     """
     places = np.linspace(-0.5, 0.5, n_x)
     if first_node or nodes not in (None, n_x):

@@ -76,7 +76,7 @@ class Labels(OneLine):
         return label_numbers(self)
 
     def _factors(self) -> dict[str, float]:
-        """`Quantity.per` -> what a number is multiplied with."""
+        """`Quantity.per` -> factor of a number."""
         return {}
 
     def _outcome(self) -> Outcome | None:

@@ -213,7 +213,8 @@ def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
 
 
 def _computing(stack: ExitStack, out: AnyPath | None, jobs: int, comm: Any = None) -> tuple[Path, Farm]:
-    """The folder of the results, and what computes there: ranks other than 0 have done their share. Raises StoreError."""
+    """The folder of the results, and the farm that computes there: ranks other than 0 have done their share. Raises
+    StoreError."""
     if comm is not None and (jobs != 1 or out is None):
         raise ValueError(f"comm with jobs = {jobs!r}, out = {out!r}: needs out, and no jobs")
     if comm is None and (ranks := processes_started()) > 1:
@@ -259,7 +260,7 @@ def concat(
     scalars: join the numbers that all have (with "outer" all numbers), without records, trajectories and contacts: stages and
         outputs may differ. Scales must be the same.
 
-    Raises StoreError if a path is no dataset, ValueError with what differs if they do not fit together.
+    Raises StoreError if a path is no dataset, ValueError with the differences if they do not fit together.
     """
     if join not in ("product", "outer"):
         raise ValueError(f'join = {join!r}: needs "product" or "outer"')

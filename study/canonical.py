@@ -20,7 +20,8 @@ class CanonicalText(str):
 def content_hash(*parts: object, length: int = 20) -> str:
     """Hexadecimal hash of values: equal for equal contents, whatever the order in which mappings were filled.
 
-    Takes what `canonical_text` takes. 200 and 200.0 differ here: numbers are expected to have become their declared type.
+    Takes the same values as `canonical_text`. 200 and 200.0 differ here: numbers are expected to have become their
+    declared type.
     """
     text = f"[{','.join(map(canonical_text, parts))}]"
     return hashlib.sha256(text.encode()).hexdigest()[:length]

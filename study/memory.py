@@ -24,7 +24,7 @@ def is_shortage(error: BaseException) -> bool:
 
 
 def describe_shortage() -> str:
-    """What is missing, and what to do."""
+    """The shortage of memory, and advice."""
     limit = address_limit()
     if limit < math.inf:
         return f"not enough memory: a process may use {limit:.2g} GB; raise the limit, as by `ulimit -v unlimited`"

@@ -147,7 +147,7 @@ def nodes_in_reach(
 
 def window_reach(case: Case, state: KernelState, ends: Window) -> tuple[float, Window, Vector] | None:
     """Displacement in the pin's direction, nodes at the window's ends and their heights under the pin, up to which none beyond
-    can meet a rough pin. ends: their numbers in the window. None of a smooth pin."""
+    can meet a rough pin. ends: their numbers in the window. None for a smooth pin."""
     nodes, moved = len(state.x), float(state.scalars["pin_rate"] * state.scalars["displacement"])
     if not case.heterogeneity.roughness:
         return None
@@ -289,10 +289,10 @@ def answer_violations(compiled: CompiledContact) -> Stop:
 
 
 def correct_rounding(compiled: CompiledContact, status: Stop) -> Stop:
-    """Correct what rounding has done to a run that stopped with `status`; returns the reason that is true then.
+    """Correct the rounding errors of a run that stopped with `status`; returns the reason that is true then.
 
-    Lifted nodes are moved back onto the pin, a tableau whose residual is above its limit is inverted afresh, and violations
-    that both had hidden are resolved; INACCURATE where that does not help.
+    Lifted nodes are moved back onto the pin, a tableau whose residual is above its limit is inverted afresh, and
+    violations that both had hidden are resolved; INACCURATE where that does not help.
     """
     # A run that stopped inside a cascade is in no equilibrium that could be restored.
     if status not in (Stop.DONE, Stop.FULL, Stop.NO_EVENT):

@@ -247,7 +247,8 @@ def _set_up_stiffness(
 
 
 def _everywhere(compliance: Compliance, nodes: NDArray[np.int64], answer: Vector, middle: float = 0.0) -> Rates:
-    """Answers of the nodes in contact with what they make of all nodes. middle: height from which the approach counts."""
+    """Answers of the nodes in contact, and the displacements of all nodes that follow from them. middle: height from
+    which the approach counts."""
     answer = finite(answer)
     force = np.zeros((2, compliance.slab.nodes))
     force[:, nodes] = answer[:-1].reshape(2, -1)

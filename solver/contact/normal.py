@@ -308,7 +308,7 @@ def rounding_at_rest(case: Case, found: NormalContact) -> float:
 
 
 def wrong_nodes(case: Case, found: NormalContact) -> Nodes:
-    """Nodes (n,) in contact that pull, and free ones that lie inside the pin."""
+    """Nodes (n,) in contact that pull, and free nodes that lie inside the pin."""
     x, pin = surface_from_pin(case), make_pin(case)
     # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
     gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + found.u) - found.v, np.inf)
@@ -316,7 +316,8 @@ def wrong_nodes(case: Case, found: NormalContact) -> Nodes:
 
 
 def _system(case: Case, compliance: Compliance, contact: Nodes, u: Vector, stuck: bool) -> ContactSystem:
-    """The system of this contact set: without friction, the pin's height under a node depends on its u, linear near this one."""
+    """The system of this contact set. Without friction the pin's height under a node depends on its u, here
+    linearized at the given u."""
     coupled = case.effects.coupling
     slope = make_pin(case).slope(surface_from_pin(case) + u) if coupled and not stuck else None
     if slope is None and compliance.lasting and len(contact) <= FEW_NODES:  # no border changes what is kept

@@ -163,13 +163,15 @@ def _flat_punch(case: Case) -> Pin:
 
 
 def roughness_slopes(image: Image, spacing: float) -> tuple[float, float]:
-    """Root mean square slopes of a roughness, of an image both ways, and of what linear interpolation at this spacing misses."""
+    """Root mean square slopes of a roughness, of an image both ways, and of its residual from linear interpolation at
+    this spacing."""
     along, across = profile_slopes(image.xi, image.height, spacing), profile_slopes(image.y, image.height.T, spacing)
     return math.hypot(along[0], across[0]), math.hypot(along[1], across[1])
 
 
 def profile_slopes(knots: Vector, rows: Vector, spacing: float) -> tuple[float, float]:
-    """Root mean square slopes of profiles (rows, knots), and of what linear interpolation at this spacing misses; 0 of a knot."""
+    """Root mean square slopes of profiles (rows, knots), and of their residuals from linear interpolation at this
+    spacing; 0 for a single knot."""
     if len(knots) == 1:
         return 0.0, 0.0
     left = np.floor(knots / spacing)  # nothing is missed between nodes without a knot
@@ -212,7 +214,8 @@ plane."""
 
 
 def _factors(drawn: Heterogeneity, first: int, n: int) -> Floats:
-    """Independent random numbers with mean 1 and standard deviation `spread`, by inversion of uniform ones."""
+    """Independent random numbers with mean 1 and standard deviation `spread`, by inversion of uniform random
+    numbers."""
     # Of numpy's streams only the raw one is promised to stay the same.
     raw = np.random.PCG64(drawn.seed).advance(first).random_raw(n)
     # 53 bits, as a float has, in the middle of their steps: never 0 or 1, whose quantiles are infinite.

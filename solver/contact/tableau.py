@@ -34,8 +34,8 @@ LINE = 8
 
 
 def zero_lines(entries: int) -> NDArray[np.float64]:
-    """Zeros for a matrix of so many rows and at least as many columns, every row of which begins at a cache line: adding a row
-    that straddles lines takes a third longer."""
+    """Zeros for a matrix with this number of rows and at least as many columns. Every row begins at a cache line, as
+    adding a row that straddles lines takes a third longer."""
     stride = -(-entries // LINE) * LINE
     room = np.zeros(entries * stride + LINE)
     first = -room.ctypes.data // room.itemsize % LINE
@@ -43,8 +43,8 @@ def zero_lines(entries: int) -> NDArray[np.float64]:
 
 
 def tableau(compliance: Entries, contact: Nodes, into: Dense, reciprocal: bool = False) -> None:
-    """Write the bordered compliance pivoted on `contact` (shape (n,)) and on the load, transposed, into the first of so many
-    columns: (2n + 1, 2n + 1).
+    """Write the bordered compliance pivoted on `contact` (shape (n,)) and on the load, transposed, (2n + 1, 2n + 1),
+    into the first columns of `into`.
 
     reciprocal: the compliance is symmetric to the last bit, so that half of the tableau is the other half.
     """

@@ -28,7 +28,8 @@ SIGNIFICANT_CHANGE: Final = 5.0
 
 
 INERTIAL: Final = 0.1
-"""Share of the contact's own peak above which what inertia and damper add to it is no friction, and stands beside μ_s."""
+"""Share of the contact's peak above which the part of inertia and damper is no friction, and is reported beside
+μ_s."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -151,7 +152,7 @@ def latest_truncation(count: int) -> int:
 
 
 def truncation(bins: Floats) -> int:
-    """First bin of the steady part: it minimises the marginal standard error of the following ones."""
+    """First bin of the steady part: it minimises the marginal standard error of the bins from there on."""
     # Sums run from the end, over what is kept; less a typical value, so that their difference keeps its digits.
     centred = (bins - bins[-1])[::-1]
     kept = np.arange(1, len(bins) + 1)

@@ -84,7 +84,7 @@ def boundary(sticks: Callable[[float], bool | None], first: float) -> Boundary:
 
 
 def _bisect_critical_value(sticks: Callable[[float], bool | None], low: float, high: float) -> float:
-    """The critical value between a pin that sticks and one that does not."""
+    """Bisect between a value at which the pin sticks and a value at which it does not."""
     while high > RESOLUTION * low:
         middle = math.sqrt(low * high)
         if (found := sticks(middle)) is None:

@@ -107,11 +107,12 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
 
 
 def _sufficient_duration(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> float:
-    """Duration that a drive without one needs; infinite if a longer one gives no more information about this motion.
+    """Duration that a drive without one needs; infinite if a longer drive gives no more information about this
+    motion.
 
-    It is infinite if the motion has its numbers, was not to be extended, slips too little for any, or would meet the step
-    limit. A pin that its damper drags has its friction long before its spring force has settled. The ringing of the start is
-    awaited if that is cheap.
+    It is infinite if the motion has its numbers, was not to be extended, slips too little for any, or would meet the
+    step limit. A pin that its damper drags has its friction long before its spring force has settled. The ringing of
+    the start is awaited if that is cheap.
     """
     if not motion.outcome.ok or ending_parameter(motion, drive) == "max_slips" or drive.stage_velocity == 0.0:
         return math.inf

@@ -82,7 +82,8 @@ def _refused(cause: str, message: str, noise: float, other: str = "") -> Outcome
 STIFFEST: Final = 1e3
 """Stiffness of the spring over that of the contact. Beyond it the spring yields a thousandth of the contact's displacement."""
 LEAST_TRAVEL: Final = 1e-2
-"""Travel of the stage over what stretches contact and spring until the pin slides. Below it the pin feels 1 % of friction."""
+"""Travel of the stage over the travel that stretches contact and spring until the pin slides. Below it the pin feels
+1 % of friction."""
 
 
 def disproportion(drive: Drive, surface_stiffness: float, friction_force: float) -> str:

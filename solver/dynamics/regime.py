@@ -7,8 +7,8 @@ force rises, in the second half of the time, by less than half of the rise with 
 Amplitude and period refer to that half. They are omitted if it has no whole cycle, or holds the loading ramp, the first slip or
 the ringing of the start: a pin that slides oscillates from its last slip on, and the damper alone ends that.
 
-Near the border of stick-slip the start decides for long: slips vary from place to place, and one that does not end is the last.
-A drive without a given duration states a regime that later slips will not change.
+Near the border of stick-slip the start decides for long: slips vary from place to place, and a slip that does not end
+is the last. A drive without a given duration states a regime that later slips will not change.
 """
 
 import math
@@ -52,7 +52,8 @@ class StickSlipCount:
     """Number and duration of the sticks of a drive's pin. If the run ended early, all but the counts are None or NaN.
 
     spring_force_amplitude: in G·L_x·L_y. stick_slip_period: mean time between starts of slips in the second half of the time;
-        NaN of a pin that slides or sticks. unsettled: why both are missing although slips repeat, with advice; else empty.
+        NaN for a pin that slides or sticks. unsettled: why both are missing although slips repeat, with advice; else
+        empty.
     """
 
     macroscopic_slips: int = quantity(

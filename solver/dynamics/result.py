@@ -74,7 +74,7 @@ class DynamicsResult(OneLine):
     spring_force_range: float
     """Largest less least spring force in the second half of the time, in G·L_x·L_y."""
     friction_work: float = quantity("work against friction", **ENERGY)
-    """∫F dx: what friction took, the energy still stored in the elastic contact included."""
+    """∫F dx: work against friction, including the energy still stored in the elastic contact."""
     stick_velocity: float = quantity(
         "velocity of a stuck pin",
         "",

@@ -234,8 +234,9 @@ class StickSlipFit:
 def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> StickSlipFit:
     """Fit Eq. 16-19 to the computed spring force by least squares, as the paper does for Figure 9 (§3.3).
 
-    normal_load: W in G·L_x·L_y. Unknowns: one kinetic friction, and static friction of the first slip and of all later ones; NaN
-    without a macroscopic slip, after a bad end, or beyond `MOST_SLIPS`. Longer motions are thinned to `MOST_FITTED_SAMPLES`.
+    normal_load: W in G·L_x·L_y. Unknowns: one kinetic friction, and static friction of the first slip and of all
+    later slips; NaN without a macroscopic slip, after a bad end, or beyond `MOST_SLIPS`. Longer motions are thinned
+    to `MOST_FITTED_SAMPLES`.
     """
     if not result.outcome.ok or not 0 < len(result.slip_force) < MOST_SLIPS or len(result.time) < _UNKNOWNS:
         return _NO_FIT

@@ -197,7 +197,8 @@ def taken(matrix: Dense, rows: Indices, columns: Indices) -> Dense:
 
 
 def border_matrix(compliance: Entries, entries: Indices, nodes: int) -> Dense:
-    """The compliance of so many nodes in these m entries with a row and a column of approach and load, (m + 1, m + 1)."""
+    """The compliance in these m entries, of a surface with this number of nodes, with a row and a column of approach
+    and load, (m + 1, m + 1)."""
     result = np.zeros((len(entries) + 1, len(entries) + 1))
     for rows in portions(len(entries)):
         result[:-1][rows, :-1] = compliance(entries[rows], entries)
@@ -273,7 +274,7 @@ def invert_bordered(system: Dense, name: str, room: Dense | None = None) -> Dens
 
 
 def portions(rows: int) -> list[slice]:
-    """Rows of a matrix in portions, for what would else need a matrix more."""
+    """Slices of a matrix's rows, so that no second matrix is needed at once."""
     return [slice(first, first + 256) for first in range(0, rows, 256)]
 
 

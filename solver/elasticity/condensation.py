@@ -175,7 +175,7 @@ class _Piece(NamedTuple):
     border: Indices
     """Fields outside that it acts on."""
     surface: slice
-    """Numbers of surface fields, those inside the piece among them."""
+    """Numbers of surface fields, including fields inside the piece."""
     left: Eliminated
     """Elimination of its border: the stiffness is added to that among these fields; fields outside the piece follow nothing."""
     reciprocal_condition: float

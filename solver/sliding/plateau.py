@@ -194,7 +194,8 @@ def plateau_error(plateaus: Sequence[Plateau]) -> float:
 
 
 def stress_error(plateaus: Sequence[Plateau]) -> float:
-    """The same part of the ± of a mean stress on the plateau, which the area changes, too; in W/(L_x·L_y)."""
+    """Part of the ± of a mean stress on the plateau that all its starts share, including changes of the area; in
+    W/(L_x·L_y)."""
     return _drift_error([each.stress_drift for each in plateaus])
 
 

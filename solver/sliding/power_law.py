@@ -53,7 +53,8 @@ def sort_sizes(sizes: Floats | NDArray[np.int64], discrete: bool) -> SizeSample:
 
 
 def find_power_law(sizes: SizeSample) -> PowerLaw | None:
-    """The power law whose cut-off brings it nearest to the sizes; None of fewer than LEAST_TAIL, or of equal ones."""
+    """The power law whose cut-off brings it nearest to the sizes; None for fewer than LEAST_TAIL sizes, or if all are
+    equal."""
     firsts = _candidates(sizes.values)
     if not len(firsts):
         return None
@@ -150,7 +151,8 @@ def _discrete_distances(values: Vector, firsts: NDArray[np.int64], exponents: Ve
 
 
 def _places(count: int) -> NDArray[np.int64]:
-    """Positions among distinct numbers for a comparison: all if few, else denser among the smaller, more frequent ones."""
+    """Positions among distinct numbers for a comparison: all if few, else denser among small numbers, which are more
+    frequent."""
     if count <= PLACES[1]:
         return np.arange(count)
     return np.asarray(np.unique(np.geomspace(1.0, count, PLACES[1]).astype(np.int64)) - 1)
@@ -209,7 +211,7 @@ TABLED = 1000
 
 
 def _whole_sizes(uniform: Vector, exponent: float, cutoff: float) -> Vector:
-    """The largest whole number that at least such a share of the law reaches."""
+    """The largest whole number that at least this share of the law reaches."""
     numbers = cutoff + np.arange(TABLED + 1.0)
     shares = survival(numbers, exponent, cutoff, True)
     # Shares fall as numbers grow: with the minus they rise, as the search needs.

@@ -186,7 +186,7 @@ def _together(one: Portion, other: Portion) -> Portion:
 
 @dataclass(frozen=True, slots=True)
 class Slider:
-    """An interface as one record: of the sum of its contacts."""
+    """An interface as a single record: the sum of its contacts' records."""
 
     validity: Validity
     statistics: EventStatistics

@@ -28,8 +28,8 @@ from nanoslip.solver.parameter import quantity
 from nanoslip.solver.sliding.record import RUN_IN, FrictionRecord
 
 CREATED = 1e-6
-"""Energy that events may create, as a share of the pin's work and of what others lose: a touch pays back what a coarse event
-floor overshot."""
+"""Energy that events may create, as a share of the pin's work and of the energy that other events lose: a touch pays
+back the overshoot of a coarse event floor."""
 FEWEST_IN_PLANE = 50
 """Fewest nodes in contact on a plane of nodes: plateaus are 5 % too high with 14 nodes, 4 with 30, 2 with 52, 1 with 81 and 0.4
 with 204 (means over 8 starts of a ball, ν = 1/3, μ_i = 0.5; held against 455 and 806 nodes)."""

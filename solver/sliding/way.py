@@ -1,4 +1,4 @@
-"""Way of pin and load, and the record of what a contact does along it."""
+"""Way of pin and load, and a contact's record along it."""
 
 import math
 from dataclasses import dataclass

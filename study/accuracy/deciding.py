@@ -1,7 +1,7 @@
 """Influences on a number beside its starts: the spacing of the nodes that slip, and the stress that a slip drops.
 
-The case is computed again on half and twice the node spacing. Where slips drop no stress, all nodes slide at their limits, and F
-is μ_i·W and what a strength adds: that needs no computation.
+The case is computed again on half and twice the node spacing. Where slips drop no stress, all nodes slide at their
+limits, and F is μ_i·W plus the strength's part: that needs no computation.
 """
 
 import math
@@ -39,7 +39,7 @@ OF_FRICTION: Final = ("plateau_mean", "static_friction", "kinetic_friction")
 _WITHOUT_DROP: Final = {"critical_velocity": 0.0}
 """Other numbers if slips drop no stress: a constant friction force does not let a pin stick again."""
 SECONDS: Final = 5.0
-"""Core seconds that a reader waits for what decides, for each of both spacings, unless asked for."""
+"""Core seconds that a reader waits for each of both spacings, unless requested otherwise."""
 
 
 Announce = Callable[[int, float], None]

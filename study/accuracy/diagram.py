@@ -114,7 +114,8 @@ SERIES: Final = {
 
 
 def draw_fronts(diagrams: Sequence[Diagram]) -> bytes:
-    """The front of each series of all diagrams on the same axes, as PNG; what has no error is at the lower edge."""
+    """The front of each series of all diagrams on the same axes, as PNG; points without an error are at the lower
+    edge."""
     with column(3.9) as figure:
         axes, lines = figure.add_subplot(), dict[str, tuple[Any, Any]]()
         for diagram in diagrams:

@@ -75,7 +75,7 @@ class Influence:
     changes: tuple[Change, ...]
     """Known changes of the cases, the smallest first; or an unknown one."""
     seconds: float
-    """Core seconds of contact, record and drives without the effect, over those with everything."""
+    """Core seconds of contact, record and drives without the effect, over the core seconds with all effects."""
     problems: tuple[str, ...]
 
     @property
@@ -125,7 +125,7 @@ def comparison_seconds(scenes: Scenes) -> float:
 
 
 class Verdict(NamedTuple):
-    """Effects by what leaving them out does to the numbers, at a tolerance."""
+    """Classify effects by the change of the numbers without them, at a tolerance."""
 
     needed: tuple[str, ...]
     """Some number changes by more than the tolerance, less twice its ±."""
@@ -181,7 +181,7 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
 
 
 def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, str]]:
-    """Every effect that is there, case and drives without it, and why there is no such case."""
+    """Every effect of a scene, with the case and drives without it, or the reason why there is no such case."""
     for of_case in scenes.of_cases:
         if of_case.there(case):
             try:

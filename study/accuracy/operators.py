@@ -96,7 +96,8 @@ def punch_observables(compliance: Compliance, half_widths: Iterable[float]) -> d
 
 
 def _energies(compliance: Compliance, half_width: float) -> dict[str, float]:
-    """Energies of unit elliptic loads, and the work of an odd shear on what an elliptic pressure moves sideways."""
+    """Energies of unit elliptic loads, and the work of an odd shear on the sideways displacement by an elliptic
+    pressure."""
     even = _elliptic_forces(compliance, half_width)
     odd, nothing = even * compliance.x / half_width, np.zeros(len(even))
     sideways, down = compliance.displacements(np.array([nothing, even]))
@@ -120,7 +121,7 @@ GAUSS: Final = np.polynomial.legendre.leggauss(16)
 
 
 def nodal_forces_of_ball(compliance: Compliance, radius: float) -> Vector:
-    """Nodal forces (n,) of a unit load q = 3/(2πa²)·√(1 - (r/a)²): what the square of each node carries.
+    """Nodal forces (n,) of a unit load q = 3/(2πa²)·√(1 - (r/a)²): the load on each node's square.
 
     Across a column at x, with c² = a² - x²: ∫√(c² - y²) dy = ½ (y √(c² - y²) + c² asin(y/c)).
     """
@@ -139,7 +140,8 @@ def nodal_forces_of_ball(compliance: Compliance, radius: float) -> Vector:
 
 
 def nodal_forces(x: Vector, half_width: float) -> Vector:
-    """Nodal forces (n,) of a unit load q = 2/(πa)·√(1 - (x/a)²): what each node's width of surface carries, and its moment.
+    """Nodal forces (n,) of a unit load q = 2/(πa)·√(1 - (x/a)²): the load on each node's width of surface, with its
+    moment.
 
     Linear between nodes: f_i = ∫ q·hat_i dx, so that the sum is 1 whatever the spacing.
     """

@@ -33,7 +33,7 @@ class Effort:
     sizes: tuple[int, ...]
     """n_x of the operators, increasing."""
     reference_size: int
-    """n_x of the operator that the others are held against."""
+    """n_x of the reference operator."""
     record_sizes: tuple[int, ...]
     """n_x of the records; the largest is the reference."""
     starts: int

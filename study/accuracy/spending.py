@@ -43,7 +43,8 @@ class Sample:
     shared: float
     """Error that all members share, over the mean."""
     excess: float
-    """Core seconds beyond the estimated ones, over members and presliding lengths: what every event costs beside its nodes."""
+    """Core seconds beyond the estimated ones, over members and presliding lengths: the cost of events beside their
+    nodes."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The answer of a case in a line: friction with the ± of its starts, and what decides it beside them."""
+"""The answer of a case in a line: friction with the ± of its starts, and the other main errors."""
 
 import itertools
 import math
@@ -45,7 +45,7 @@ def influences_on_case(
 
 
 def _report_grid_time(n_x: int, seconds: float) -> None:
-    """Report a grid that is computed for what decides, and its time, unless that is short."""
+    """Report a grid that is computed to find the main errors, and its time, unless that is short."""
     if seconds >= 1.0:
         note(f"computing n_x = {n_x}, {roughly(seconds)}", stderr=True)
 
@@ -98,7 +98,7 @@ def number_name(variable: str) -> str:
 
 
 _DECIDE: Final = ("intrinsic_friction", "radius", "normal_load", "n_x")
-"""Parameters that decide what a case answers; the first one only if it slides."""
+"""Parameters that decide the answer of a case; the first one only if it slides."""
 
 
 def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Collection[str]) -> Iterator[str]:
@@ -181,7 +181,7 @@ class Ranking(NamedTuple):
 def ranking(
     case: xr.Dataset, manifest: Manifest, of: CampaignCase, cost: str, most: float, out: Path
 ) -> Ranking | None:
-    """The main number of a case with its value, and what decides it, the largest first; None if it is unknown.
+    """The main number of a case with its value, and its errors, the largest first; None if it is unknown.
 
     cost: of four times its members, in words. most, out: see `deciding`.
     """

@@ -63,7 +63,7 @@ def draw_figure(
     size: tuple[float, float] | None,
     sheet: str,
 ) -> None:
-    """Draw a number of a campaign's dataset where `y` names one, else named figures, computing what they lack."""
+    """Draw a number of a campaign's dataset where `y` names one, else named figures, computing missing results."""
     with refusals(InvalidInput), shared.read_style(sheet):
         if y:
             if everything or not names:

@@ -155,7 +155,7 @@ def _print_runs(found: Mapping[str, tuple[int, int]]) -> None:
 
 
 def _print_worst(seen: Sequence[compare.Observed]) -> None:
-    """Print the largest differences, those beyond their uncertainties first."""
+    """Print the largest differences, beginning with differences beyond their uncertainties."""
     apart = [each for each in seen if each.verdict is not Verdict.IDENTICAL]
     worst = sorted(apart, key=lambda each: (-each.verdict, -each.apart))[:WORST]
     if worst:
@@ -220,7 +220,7 @@ _OF_CASES: Final = (Verdict.IDENTICAL, Verdict.ROUNDING, Verdict.WITHIN, Verdict
 _SAID: Final = {"pending": "pending, skipped", "failed": "failed, skipped", "not_in_sample": "not in the sample"}
 """Words for cases that were not recomputed, printed if there are any.
 
-Failed are those for lack of time or memory, or as a process died: nobody knows whether they would again."""
+Tasks count as failed if time or memory ran out or a process died, as a new attempt may succeed."""
 
 
 def _recompute(tasks: tuple[Task, ...], out: Path) -> int:

@@ -288,7 +288,7 @@ def _share(uncertainty: float, digits: str = ".1g") -> str:
 def explain_case(
     campaign: Path, parameters: tuple[str, ...], out: Path | None, show_grid: bool, show_effects: bool
 ) -> None:
-    """Print cost and errors, and perhaps what grid and effects change, of the case of a campaign that has these parameters."""
+    """Print cost and errors of the case with these parameters, and, if requested, the changes by grid and effects."""
     manifest = load_manifest(campaign)
     of_drives = {*drive_parameters(), DRIVE_NAME.name}
     given = {key: value for key, value in assignments(parameters).items() if key not in of_drives}
@@ -309,7 +309,7 @@ def explain_case(
 def _explain(
     path: Path, manifest: Manifest, parameters: tuple[str, ...], of: CampaignCase, cost: str, most: float
 ) -> None:
-    """Print what decides the main number of a computed case, the largest first, and the errors of its other numbers."""
+    """Print the errors of a computed case's main number, the largest first, and the errors of its other numbers."""
     if path.is_file():
         with file.reading(path) as found:
             if is_of(found, manifest):

@@ -57,7 +57,7 @@ def _plain(value: Any) -> Any:
 
 @contextmanager
 def refusals(*more: type[Exception]) -> Iterator[None]:
-    """Turn errors of input, of manifests and of files of results, and those given, into a `Refusal`."""
+    """Turn errors of input, of manifests, of files of results and of given types into a `Refusal`."""
     kinds: tuple[type[Exception], ...] = (InvalidInput, ManifestError, StoreError, *more)
     try:
         yield

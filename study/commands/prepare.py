@@ -79,7 +79,8 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
 
 
 def check_campaign(campaigns: tuple[Path, ...]) -> None:
-    """Print a line for each valid campaign, what in it changes nothing and expected flags; then refuse the others."""
+    """Print a line for each valid campaign, its settings without effect and expected flags; then refuse the
+    others."""
     problems: list[Problem] = []
     for campaign in campaigns:
         try:

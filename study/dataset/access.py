@@ -340,7 +340,7 @@ class Column:
 
 
 _TABLES: Final = {"records": Accessor.events, "trajectories": Accessor.samples, "paths": Accessor.paths}
-"""Tables of runs, by what they are rows of."""
+"""Tables of runs, by the meaning of their rows."""
 
 
 def case_columns(root: xr.Dataset, table: str | None = None) -> list[Column]:

@@ -37,7 +37,7 @@ def same_bits(one: NDArray[Any], other: NDArray[Any]) -> Any:
 
 
 def identical(one: NDArray[Any], other: NDArray[Any]) -> bool:
-    """True if two arrays have one shape and the same bits."""
+    """True if two arrays have the same shape and the same bits."""
     return one.shape == other.shape and bool(np.all(same_bits(one, other)))
 
 
@@ -111,7 +111,7 @@ class Difference:
     name: str
     verdict: Verdict
     size: float
-    """Largest difference over the variable's scale; infinite for what cannot be subtracted."""
+    """Largest difference over the variable's scale; infinite for values that cannot be subtracted."""
     words: str = ""
     """Description of the difference, if a number cannot express it."""
 
@@ -132,7 +132,7 @@ def odd(name: str, words: str) -> Difference:
 def compare_values(
     name: str, kept: NDArray[Any], again: NDArray[Any], scale: float | None = None, rounding: float = ROUNDING
 ) -> Difference:
-    """Compare the stored values of a variable with recomputed ones. Whole numbers and texts have no rounding.
+    """Compare the stored values of a variable with recomputed values. Whole numbers and texts have no rounding.
 
     scale: magnitude of the variable; without it the largest of `again`. rounding: as of `find_verdict`.
     """

@@ -100,7 +100,7 @@ def case_layout(manifest: Manifest) -> Layout:
 
 
 def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
-    """The drives' names and settings: along their own dimension, along `drive`, and along those with which they vary."""
+    """The drives' names and settings: an axis of drives along itself, other settings along the axes with which they vary."""
     found: dict[str, Any] = {}
     points = {layout.drive_position[each.label]: {"drive": each.name, **each.settings} for each in manifest.drives}
     for name in ("drive", *parameters()) if points else ():
@@ -483,7 +483,8 @@ def _attributes(manifest: Manifest, counts: Mapping[Origin, int]) -> dict[str, A
 
 
 def member_flags(case: Case, result: TaskResult) -> int | None:
-    """The flags that any member's contact or record has, as bits; where no contact was reached, those to be expected of it.
+    """The flags that any member's contact or record has, as bits; where no contact was reached, the flags that are
+    expected.
 
     None for other kinds of results.
     """
@@ -498,9 +499,10 @@ def member_flags(case: Case, result: TaskResult) -> int | None:
 
 
 def losses(path: Path, collected: xr.Dataset) -> list[str]:
-    """List what an existing dataset has that its replacement would lack; empty if it lacks nothing.
+    """List the content of an existing dataset that its replacement would lack; empty if it lacks nothing.
 
-    One that cannot be read is no loss, unless another user reads it, or another nanoslip whose results may not all be here.
+    One that cannot be read is no loss, unless another user reads it, or another nanoslip whose results may not all be
+    here.
     """
     if path.exists() and not os.access(path, os.R_OK):
         return ["contents that this user may not read"]

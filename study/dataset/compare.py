@@ -94,7 +94,7 @@ def _missing(value: object) -> bool:
 # Agreement of the numbers of shared cases: the same bits, within their uncertainties, or beyond them.
 
 STANDARD_DEVIATIONS: Final = 2.0
-"""Combined ones by which two numbers may differ and still agree."""
+"""Combined standard errors by which two numbers may differ and still agree."""
 TELLING: Final = 4
 """Members of each ensemble from which on two different words of the two ensembles are a difference.
 

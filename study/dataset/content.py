@@ -1,7 +1,7 @@
-"""Check what others may have written into the file of a dataset, once, when it is opened.
+"""Check a dataset's file for foreign content, once, when it is opened.
 
-What reads datasets relies on it: attributes, types and axes as `collect` makes them, texts that terminals do not obey, runs that
-lie in their groups. Numbers of results may have any value.
+What reads datasets relies on it: attributes, types and axes as `collect` makes them, texts that terminals do not
+obey, runs that lie in their groups. Numbers of results may have any value.
 """
 
 from collections.abc import Iterator, Mapping
@@ -120,7 +120,7 @@ def _variable_needs(name: str, variable: xr.Variable) -> Iterator[str]:
 
 @cache
 def _errors() -> set[str]:
-    """Variables over the cases that are the ± of another one."""
+    """Variables over the cases that are the ± of another variable."""
     return {each.uncertainty for kind in KINDS for _, each in variables.scalars(kind) if each.uncertainty}
 
 

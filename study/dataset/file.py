@@ -67,7 +67,7 @@ def has_its_bytes(path: Path) -> bool:
 def is_edited(path: Path) -> bool:
     """True if somebody has changed a dataset since it was collected: a library that writes to it removes its last line.
 
-    False for a damaged file, and for one that is none of nanoslip's.
+    False for a damaged or foreign file.
     """
     try:
         # Where only the line is damaged there is more behind what HDF5 takes for the end.
@@ -209,7 +209,7 @@ def with_texts(root: xr.Dataset) -> xr.Dataset:
 
 
 def _close_all(closing: Sequence[Callable[[], None]]) -> None:
-    """No inner function: datasets are pickled with what closes them."""
+    """No inner function: datasets are pickled with the function that closes them."""
     for close in closing:
         close()
 

@@ -127,7 +127,7 @@ def _union(name: str, roots: Sequence[xr.Dataset]) -> list[Any]:
 
 
 def _values(name: str, roots: Sequence[xr.Dataset]) -> set[Any]:
-    """Distinct values of a variable that each dataset has one value of; None for a missing one."""
+    """Distinct values of a variable that each dataset has one value of; None for a missing value."""
     return {root[name].item() if name in root.variables else None for root in roots}
 
 
@@ -185,7 +185,7 @@ def _refuse_holes(cases: xr.DataArray, sources: Sequence[str]) -> None:
 
 
 def _select_scalars(roots: Sequence[xr.Dataset], unshared: bool) -> list[xr.Dataset]:
-    """The datasets without groups but the software, with the scalars that all of them have, or also with unshared ones."""
+    """The datasets without groups but the software, with the scalars in all of them, or with all scalars."""
     scalars = [{*map(str, root.data_vars)} - run_names() for root in roots]
     selection = set.union(*scalars) if unshared else set.intersection(*scalars)
     software = SOFTWARE[0].name

@@ -72,7 +72,7 @@ class CaseRows:
         return found
 
     def differing(self) -> dict[str, NDArray[Any]]:
-        """The coordinates in which rows differ: axes of a product; of a list of cases, what its author lists."""
+        """The coordinates in which rows differ: axes of a product; of a list of cases, the listed parameters."""
         names = (
             [*author_coordinates(self.root), *(dim for dim in self.sizes if dim != CASE)]
             if CASE in self.sizes

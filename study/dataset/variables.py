@@ -35,7 +35,8 @@ from nanoslip.study.plan.task import PENDING, TaskResult
 
 
 def scalars(kind: str) -> list[tuple[str, Quantity]]:
-    """Scalars of a kind's results with their variables over the cases (and drives); then those in SI or over μ_i."""
+    """Scalars of a kind's results with their variables over the cases (and drives); then variables in SI or over
+    μ_i."""
     own = result_quantities(KINDS[kind]).items()
     return [*own, *((key, each.si) for key, each in own if each.si)]
 
@@ -220,7 +221,7 @@ def si_coordinates() -> dict[str, Quantity]:
 
 
 def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, float]:
-    """`Quantity.per` -> what a value in the solver's units is multiplied with: shares of W or μ_i, or SI."""
+    """`Quantity.per` -> factor of a value in the solver's units: to shares of W or μ_i, or to SI."""
     friction = case.intrinsic_friction
     return {
         "": 1.0,
@@ -271,7 +272,8 @@ def rows() -> list[Described]:
 def describe(name: str) -> Described:
     """Describe a variable, also an uncertainty or another variable beside a mean.
 
-    name: the variable's name (also without `_mean`), or its symbol, Greek or Latin. Raises KeyError that names the nearest ones.
+    name: the variable's name (also without `_mean`), or its symbol, Greek or Latin. Raises KeyError that names the
+        nearest variables.
     """
     if name in variables_by_name():
         return variables_by_name()[name]
@@ -360,7 +362,7 @@ _GROUPS = {
     "path": "the path of pin and load",
     DRIVE: "the drive",
 }
-"""Kind of task -> what its variables are about."""
+"""Kind of task -> subject of its variables."""
 _GROUP = "group "
 """Beginning of the titles of groups beside the root."""
 
@@ -419,7 +421,7 @@ def member_count_text(dataset: xr.Dataset, name: str) -> tuple[xr.Variable, ...]
 
 @cache
 def drive_variables() -> set[str]:
-    """The variables of the results of drives, but for those beside means."""
+    """The variables of the results of drives, without the variables beside means."""
     return {each.name for _, each in scalars(DRIVE)}
 
 
@@ -443,7 +445,7 @@ def words_counted() -> dict[str, dict[str, str]]:
 
 
 def member_counts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
-    """Word of a variable -> how many members have it; empty of variables without such counts."""
+    """Word of a variable -> how many members have it; empty for variables without such counts."""
     return {word: dataset[count] for word, count in words_counted().get(name, {}).items() if count in dataset.variables}
 
 

@@ -93,7 +93,7 @@ def failed(plan: Plan, found: xr.Dataset) -> int:
 
 
 def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCase, ...]:
-    """Select `count` of the cases, evenly spread from the first to the last, always the same ones. None: all."""
+    """Select `count` of the cases, evenly spread from the first to the last, always the same cases. None: all."""
     return tuple(cases if count is None else evenly(cases, count))
 
 

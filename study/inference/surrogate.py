@@ -148,7 +148,7 @@ def regress(
     """Regress values y (n,) at points x (n, d) in the unit cube. errors: the ± of each, NaN if unknown (in the scatter).
 
     common: the part of each ± that is the same draw in all values, as that of members that come down at the same places.
-    Values that are NaN do not count; of more than `most` so many, spread evenly. Raises TooFewError.
+    NaN values are ignored; of more than `most` values, `most` are chosen evenly. Raises TooFewError.
     """
     there = np.flatnonzero(np.isfinite(y))
     there = there[np.linspace(0, len(there) - 1, min(len(there), most)).astype(int)] if len(there) else there

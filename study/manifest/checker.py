@@ -229,7 +229,7 @@ def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
 
 
 def _cell_value(word: str, cell: str) -> Value | None:
-    """The value of a cell; None of an empty one where a setting of a scheme is not given."""
+    """Value of a CSV cell; None for an empty scheme setting."""
     return number_or_text(cell) if cell or word not in SCHEMES.settings() else None
 
 

@@ -49,7 +49,7 @@ def with_symbol(word: str, symbols: Mapping[Name, str]) -> list[Name]:
 
 
 def word_for_symbol(key: str, stated: Mapping[str, Parameter]) -> str:
-    """The word of the only parameter that has this symbol; any other key, or the symbol of several, as it is."""
+    """Manifest key for a symbol; other words, and ambiguous symbols, are returned unchanged."""
     symbols = {each.word or name: each.symbol for name, each in stated.items()}
     found = [] if key in stated or key in symbols else with_symbol(key, symbols)
     return found[0] if len(found) == 1 else key

@@ -152,7 +152,7 @@ class _Pulls(NamedTuple):
 
 
 def _pulls(plan: Plan) -> _Pulls | None:
-    """None of a plan without drives, or without possible cases."""
+    """None for a plan without drives, or without possible cases."""
     manifest = plan.manifest
     drives = [(drive, drive.drive) for drive in manifest.drives if drive.drive is not None]
     cases = [(number, each.case) for number, each in enumerate(plan.cases) if each.case is not None]

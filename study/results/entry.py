@@ -70,7 +70,7 @@ class Meta(NamedTuple):
 
 
 UNKNOWN: Final = Meta("", Outcome(Ending.INVALID), ())
-"""In place of a description, with right checksums, that this version cannot read."""
+"""Stands for a description with valid checksums that this version cannot read."""
 
 
 class Head(NamedTuple):

@@ -187,7 +187,7 @@ class Done:
     outcome: Outcome
     seconds: float
     where: Worker | None = None
-    """None of a task that no process has begun."""
+    """None for a task that no process has begun."""
     trace: str = ""
     """Traceback where it crashed."""
     again: bool = False
@@ -313,8 +313,8 @@ class Ledger:
     def take(self, most: int, room: float, at_least_one: bool) -> list[tuple[Work, float]]:
         """Take the next tasks, at most `most`, expected to take `room` seconds together; with the seconds of each.
 
-        at_least_one: the first one however long it takes. One that would not end in time is set aside, now and for good. What is
-        not known to take too long is tried: else a task longer than any job would never be.
+        at_least_one: take the first task however long it is. Tasks expected to exceed the deadline are skipped in
+        this run. A task of unknown duration is tried; otherwise a task longer than any job would never run.
         """
         left = self._until - time() if self._until < math.inf else math.inf
         taken: list[tuple[Work, float]] = []

@@ -196,7 +196,7 @@ FLUSH: Final = 60.0
 GIVE_BACK: Final = "give back"
 """Message to a rank: return the tasks that wait. Others are lists of tasks, and in the end the exit code."""
 TOLD_TO_STOP: Final = "told to stop"
-"""Message from a rank: it received a signal. Others are what has become of its tasks."""
+"""Message from a rank: it received a signal. All other messages report tasks."""
 
 
 class MPIFarm(Farm):

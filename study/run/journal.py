@@ -105,7 +105,7 @@ class Journal(Watch):
             (self.out / BEGUN).unlink(missing_ok=True)
 
     def ended(self, task: Any, outcome: Outcome, seconds: float) -> None:
-        """Note how long a task with a result took, and that one which had failed has not in the end."""
+        """Record the duration of a finished task, and that an earlier failure is resolved."""
         if outcome.ending in UNDONE or outcome.ending is Ending.NEEDS_FAILED:
             self.undone.add(task.key)
         else:

@@ -89,9 +89,10 @@ def add_slips(total: NDArray[np.int64], node_slips: NDArray[np.int64]) -> int:
 # The smallest step, and by how much it may push shear beyond its limits.
 
 STRETCHES = 24.0
-"""The event floor counts in node spacings, or in this many stretches of the contact where those are shorter.
+"""The event floor counts in node spacings, or in this many stretches of the contact if these are shorter.
 
-A stretch is the displacement that would raise the friction force of a sticking contact from 0 to the sum of all limits."""
+A stretch is the displacement that would raise the friction force of a sticking contact from 0 to the sum of all
+limits."""
 
 OVERSHOOT = 1e-4
 """Shear that may exceed its limit before an event, summed over all nodes, as a share of all limits together."""
@@ -99,7 +100,7 @@ OVERSHOOT = 1e-4
 
 @compiled(inline="always")
 def step_blur(constants: SlipConstants, stiffness: float) -> float:
-    """Step that changes no force by more than a tenth of the tolerance: steps that differ by less cannot be told apart."""
+    """Step that changes no force by more than a tenth of the tolerance: steps that differ by less count as equal."""
     return 0.1 * constants.tolerance / stiffness if stiffness > 0.0 else 0.0
 
 
@@ -174,7 +175,8 @@ def overshoot(state: KernelState, opposite: float) -> float:
 
 @compiled(inline="always")
 def _floor(state: KernelState, constants: SlipConstants, stiffness: float) -> float:
-    """The smallest step along the path; of a load, `load_floor`, or what pushes shear beyond its limits by half of OVERSHOOT.
+    """The smallest step along the path; of a load, `load_floor`, or a smaller step that pushes shear beyond its
+    limits by half of OVERSHOOT.
 
     stiffness: as from `stretching`.
     """

@@ -73,7 +73,8 @@ def new_pivots(entries: int, length: int) -> Pivots:
 
 @compiled(inline="always")
 def note_meetings(pivots: Pivots, k: int, n: int) -> None:
-    """Note how pivot k, of n nodes, and those before change each other's columns, and which of them it cancels."""
+    """Note how pivot k and earlier pivots change each other's columns, and which of them it cancels. n: number of
+    nodes."""
     node, meetings = pivots.nodes[k], pivots.meetings
     for e in range(k + 1):
         same = pivots.nodes[e] == node

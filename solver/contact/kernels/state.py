@@ -45,7 +45,7 @@ class Stop(IntEnum):
     INACCURATE = 2
     """The equilibrium residual is above its limit: the tableau is to be rebuilt."""
     SLIP_UNBOUNDED = 3
-    """No distance lowers a node's shear to what a slip leaves, or a pivot is singular."""
+    """No distance lowers a node's shear to its residual, or a pivot is singular."""
     CASCADE_LIMIT = 4
     """More slips in one event than allowed."""
     CONTACT_LOST = 5
@@ -144,7 +144,7 @@ class KernelState(NamedTuple):
     node_slips: NDArray[np.int64]
     """(n,) slips of each node in the current event."""
     work: Floats
-    """(2, N) for what a kernel notes while it runs."""
+    """(2, N) scratch space of kernels."""
     scalars: Scalars
     pivots: Pivots
 
@@ -207,7 +207,7 @@ class KernelConstants(NamedTuple):
     """(n,) True if a node beyond the window may be near when this one touches."""
     window_until: tuple[float, NDArray[np.int64], Floats] | None
     """Displacement of the pin in its direction; nodes at the window's ends and heights of them as the pin sees them, at which one
-    beyond could be near though no outer one touches. None of a smooth pin: it meets one node after another."""
+    beyond could be near though no outer one touches. None for a smooth pin, which meets nodes one after another."""
 
 
 _SCALARS = np.dtype(list(Scalars.__annotations__.items()))

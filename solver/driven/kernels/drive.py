@@ -99,7 +99,7 @@ def _turn(state: KernelState, forward: bool) -> None:
 
 @compiled(inline="always")
 def _is_at_last_node(state: KernelState, constants: KernelConstants) -> bool:
-    """True if a node in contact is the last one that there is."""
+    """True if a node in contact is at an end of the surface."""
     last = len(state.x) - 1
     # Nodes are outer where there are others beyond the window.
     return bool((state.contact[0] and not constants.outer[0]) or (state.contact[last] and not constants.outer[last]))

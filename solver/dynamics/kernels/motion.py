@@ -169,7 +169,7 @@ def _tooth_nearby(teeth: ToothTable, x: float) -> int:
 def tooth_holding(teeth: ToothTable, index: int, x: float) -> tuple[int, float, float, float, float]:
     """Find the tooth that holds x, searching from tooth `index` on: its index, and the values of `find_tooth`.
 
-    NaN for an x so far out that teeth cannot be told apart any more, or that is no number.
+    NaN for an x that is no number, or so far out that rounding exceeds the width of teeth.
     """
     count, first = teeth.force.size, teeth.periodic_from
     # Written so that NaN is too far out as well.
@@ -263,7 +263,7 @@ def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: PinSta
 
 @compiled(allocates=True, error_model="numpy")
 def slip_table(slip: Slip, rows: list[SlipRow], motion: Motion, pin: PinState) -> Floats:
-    """Slips as rows of an array; one that still lasts has no re-stick."""
+    """Slips as rows of an array; a slip that still lasts has no re-stick."""
     if slip.sliding and _macroscopic(motion, slip.position, pin.position):
         rows.append((slip.time, slip.position, slip.peak, math.nan, math.nan))
     table = np.empty((len(rows), 5))

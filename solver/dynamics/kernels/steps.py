@@ -213,7 +213,8 @@ def note_spring_force(record: Record, motion: Motion, time: float, position: flo
 
 @compiled(error_model="numpy", inline="always")
 def note_brief(record: Record, motion: Motion, pin: PinState, tau: float, v_end: float) -> None:
-    """`note_segment` of a stretch so brief that its acceleration is constant; its end is left to what follows."""
+    """`note_segment` of a stretch so brief that its acceleration is constant; its end is noted by the next
+    stretch."""
     rate = (v_end - pin.velocity) / tau
     late = max(record.half - pin.time, 0.0)
     if late > 0.0:

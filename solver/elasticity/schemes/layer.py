@@ -1,11 +1,14 @@
-"""A bonded elastic layer in three dimensions: a half-space, and a Hankel integral of what a base at the depth H changes.
+"""A bonded elastic layer in three dimensions: a half-space, and a Hankel integral for the effect of a base at the
+depth H.
 
-Under tractions that vary along x as exp(ikx) the layer moves as the strip does along x, along z and across. Along y it moves by
-tanh(kH)/k per unit traction, in 1/G, where a half-space moves by 1/k. Less the half-space's, all four transforms over 1/k,
+Under tractions that vary along x as exp(ikx) the layer moves as the strip does along x, along z and across. Along y
+it moves by tanh(kH)/k per unit traction, in 1/G, where a half-space moves by 1/k. Less the half-space's, all four
+transforms over 1/k,
 
     A_x(kH), A_z(kH), A_c(kH) of the strip,    A_y = tanh(kH) - 1,
 
-decay as exp(-2kH). With J_n, Bessel's functions, a unit force moves the surface at (r, θ) by, in addition to the half-space's,
+decay as exp(-2kH). With J_n, Bessel's functions, a unit force moves the surface at (r, θ) by, in addition to the
+half-space's,
 
     along x under f_x   1/2π ∫ [(A_x + A_y)/2 J_0(kr) - (A_x - A_y)/2 J_2(kr) cos 2θ] dk,
     along z under f_z   1/2π ∫ A_z J_0(kr) dk,    across   ±1/2π ∫ A_c J_1(kr) cos θ dk,

@@ -15,7 +15,7 @@ from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, SurfaceCon
 from nanoslip.solver.slab import FEWEST_NODES
 
 MOST_ACROSS = 513
-"""Nodes along a side: 263,169 in all, of which those near the contact are followed."""
+"""Nodes along a side: 263,169 in all, of which only nodes near the contact are followed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
