@@ -182,7 +182,7 @@ def _named(differences: Sequence[Difference]) -> str:
 
 
 class Recomputed:
-    """A dataset and the same one computed again, side by side."""
+    """A dataset and its recomputation, side by side."""
 
     def __init__(self, found: xr.Dataset, again: xr.Dataset) -> None:
         self._found, self._again = found, again
@@ -205,7 +205,7 @@ class Recomputed:
         return lying and identical(self._found["case_id"].values, self._again["case_id"].values)
 
     def shared(self) -> list[Difference]:
-        """Compare each attribute, coordinate and variable that belongs to no single case; list identical ones,
+        """Compare each attribute, coordinate and variable that belongs to no single case; identical ones are listed,
         too."""
         found, again = flatten_variables(self._found), flatten_variables(self._again)
         names = sorted({*found, *again})
@@ -240,7 +240,7 @@ class Recomputed:
         ]
 
     def finding(self, case: CampaignCase) -> Finding:
-        """The verdict on one case, and what differs or is not judged."""
+        """The verdict on a case, with differences and variables that are not judged."""
         place = case_position(self._again, case.case_id)
         kept, now = (
             {name: each.variables[name].isel(place, missing_dims="ignore") for name in self._names}

@@ -337,7 +337,7 @@ def _range(parts: Iterable[NDArray[np.float64]]) -> tuple[float, float]:
 # The contact after several events as a file: a strip (PNG, PDF, SVG) or a film (GIF, MP4), as its suffix says.
 
 FILMS: Final[dict[str, Any]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
-"""Suffix of a film -> what writes it."""
+"""Suffix of a film -> its writer."""
 FRAMES_PER_SECOND: Final = 5
 FILM_RESOLUTION: Final = 120
 """Resolution of films, in dots per inch."""

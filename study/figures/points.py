@@ -76,7 +76,7 @@ def typeset(text: str) -> str:
 
 
 def format_in_figure(value: Any) -> str:
-    """A value of a coordinate as text in a figure: what matplotlib takes for a formula in a name is none."""
+    """A value of a coordinate as text in a figure: signs of formulas in a name are escaped for matplotlib."""
     return format_value(value).replace("$", r"\$")
 
 
@@ -96,7 +96,8 @@ def hyphenate(word: str) -> str:
 
 
 LONGEST_TALLY: Final = 30
-"""Characters of counted words in a table; of longer ones the most frequent is shown, with the count of others."""
+"""Characters of counted words in a table; of longer lists the most frequent value is shown, with the count of
+others."""
 
 
 def format_words(tally: Mapping[str, int], most: float = LONGEST_TALLY) -> str:
@@ -139,7 +140,7 @@ class Points:
     members: NDArray[np.int64]
     """Number of members of an ensemble in each mean; -1 if the value is no mean."""
     shares: Floats
-    """Share of the members with a text that have this one; 1 of numbers."""
+    """Share of members with this text, among members that have a text; 1 of numbers."""
     lacking: NDArray[np.bool_]
     """True if a mean is over fewer members than its ensemble has, as the others have no value."""
     zipped: tuple[str, ...]
@@ -265,7 +266,7 @@ def _number(rows: CaseRows, name: str) -> tuple[NDArray[Any], Floats, bool]:
 
 
 def _finite(numbers: Floats) -> Floats:
-    """NaN instead of infinite ones."""
+    """NaN instead of infinite numbers."""
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
 

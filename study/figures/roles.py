@@ -17,7 +17,7 @@ MOST_HUES: Final = 6
 """Most lines in one panel that colours distinguish; more values make a map."""
 MOST_PANELS: Final = 9
 FILLED: Final = 0.5
-"""Share of a full product from which a design counts as one; sparser ones are scattered."""
+"""Share of a full product from which a design counts as a product; sparser designs are scattered."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,8 @@ def is_logarithmic(values: NDArray[Any]) -> bool:
 
 
 def begins_with_zero(values: NDArray[Any]) -> bool:
-    """True if numbers are a 0 and positive ones, the smallest of which would coincide with it on a linear scale."""
+    """True if numbers are 0 and positive, and the smallest positive number would coincide with 0 on a linear
+    scale."""
     numbers = np.unique(values[np.isfinite(values)])
     return len(numbers) > 2 and numbers[0] == 0.0 and bool(numbers[-1] > CLOSE * numbers[1])
 

@@ -216,7 +216,8 @@ MOST_SIGNS: Final = 2500
 
 
 def is_crowded(points: Points, roles: Roles) -> bool:
-    """True if there are too many tiles for signs on them: doubtful tiles are hatched then, those without a value white."""
+    """True if there are too many tiles for signs on them: then doubtful tiles are hatched, and tiles without a value
+    are white."""
     counts = axis_sizes(points)
     return counts[roles.x] * counts[roles.hue] > MOST_SIGNS
 
@@ -224,7 +225,7 @@ def is_crowded(points: Points, roles: Roles) -> bool:
 def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
     """A tile for each case, coloured by its value.
 
-    Crosses are cases without one, dots those to be taken with care. Very many have none.
+    Crosses are cases without a value, dots are flagged cases. Very many have none.
     """
     names = distinct_words(points)
     x, y = axis_positions(points, roles.x, here), axis_positions(points, roles.hue, here)

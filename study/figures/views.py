@@ -210,7 +210,7 @@ _BESIDE: Final = 0.25
 def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Event, x, pressure, shear and the half-plane's pressure at initial contact, of the nodes in contact and a few more.
 
-    Many nodes are thinned to those with the least and largest pressure or shear nearby.
+    Many nodes are thinned to nodes with the least and largest pressure or shear nearby.
     """
     contact = Accessor(dataset).row(**run.selection)
     if "event" not in contact.dims:
@@ -294,7 +294,8 @@ CONTACT_VIEWS: Final = RunFamily(
 
 
 def drive_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
-    """Time (s), spring force over load, and the fitted one (NaN where nothing was fitted), thinned to what can be seen."""
+    """Time (s), spring force over load, and the fitted force (NaN without a fit), thinned to the figure's
+    resolution."""
     pulled = Accessor(dataset).trajectory(**run.selection)
     time, force = pulled["time"].values, pulled["sample_spring_force"].values
     model = fitted(pulled, read_scales(dataset.attrs), time)
@@ -415,7 +416,7 @@ INTERIORS: Final = RunFamily(
 
 
 def record_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
-    """Displacement and F/W of a record, both sides of each drop, thinned to what can be seen."""
+    """Displacement and F/W of a record, both sides of each drop, thinned to the figure's resolution."""
     line = Accessor(dataset).teeth(**run.selection)
     x, force = line["displacement"].values, line["friction_force"].values
     seen = thin_line(x, force)
@@ -443,7 +444,7 @@ RECORDS: Final = RunFamily(
 
 
 def path_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
-    """Displacement, F/W and leg of a path, each leg thinned to what can be seen."""
+    """Displacement, F/W and leg of a path, each leg thinned to the figure's resolution."""
     line = Accessor(dataset).path(**run.selection)
     x, force, leg = (line[f"path_{name}"].values for name in ("displacement", "friction", "leg"))
     seen = [_leg_seen(x, force, np.flatnonzero(leg == each)) for each in np.unique(leg)]

@@ -33,7 +33,7 @@ from nanoslip.study.toml_text import as_toml, from_toml
 Compute = Callable[[Plan], Store]
 """Computes the remaining tasks of a plan; returns the store of results."""
 Reasons = Callable[[xr.Dataset], Mapping[Hashable, str]]
-"""Lists what ended the cases of a dataset, and what helps, by cause."""
+"""Lists the causes that ended cases of a dataset, with advice."""
 Ends = tuple[Any, Any]
 
 TABLE: Final = "points of the fit"
@@ -79,7 +79,7 @@ class Question:
     def answer(self, compute: Compute, out: Path, most: int, why: Reasons) -> Fit:
         """Find the parameters that agree, from at most `most` computed points; finished points of the campaign are used.
 
-        out: folder of the campaign's results. Raises what `compute` does, TooFewError.
+        out: folder of the campaign's results. Raises the errors of `compute`, and TooFewError.
         """
 
         own = self.list_finished_points(Store(out))
@@ -129,8 +129,8 @@ class Question:
         return np.column_stack([each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)])
 
     def check(self, out: Path) -> None:
-        """Raises ValueError if a target is no number of the campaign, not one for each case, or one that no point can
-        have."""
+        """Raises ValueError if a target is no number of the campaign, is not a single number for each case, or is
+        impossible at all points."""
         middle = np.full((2, len(self.ranges)), 0.5)
         middle[1] += 0.25
         plans = self.plans(middle)

@@ -283,7 +283,7 @@ def _separate(x: Floats) -> NDArray[np.int_]:
 
 
 def sentences(found: Fit) -> Iterator[str]:
-    """Report the points that agree, or the closest ones; and the parameters that cannot be distinguished."""
+    """Report the points that agree, or the closest points; and the parameters that cannot be distinguished."""
     targets, ranges = found.targets, found.ranges
     means, errors = (each[0] for each in found.predict(found.best[None]))
     there = zip(targets, means.tolist(), errors.tolist(), strict=True)
@@ -341,7 +341,7 @@ def search_parameters(
     """Find the parameters that agree with measured numbers. Raises TooFewError if too few points have them.
 
     simulate: called with points that fill the ranges, then with more in doubtful places, until little changes or `most` are done.
-    known: points computed before. why: called with points without a number, for what ended them and what helps.
+    known: points computed before. why: called with points without a number; returns causes and advice.
     """
 
     def fitted(computed: ComputedPoint) -> Fit:

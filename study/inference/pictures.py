@@ -19,7 +19,7 @@ from nanoslip.study.manifest.parameters import names_by_word
 # Bars of sensitivity, for the command and for the page of a campaign.
 
 FEWEST_AXES: Final = 3
-"""Axes from which a page shows what matters: of two a map shows it."""
+"""Number of axes from which a page shows indices; for two axes a map shows the dependence."""
 NUMBERS: Final = (
     ("static_friction", "kinetic_friction"),
     ("plateau_mean",),

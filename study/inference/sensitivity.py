@@ -99,7 +99,8 @@ class Sensitivity:
     noise: float
     """Share of the numbers' variance that is due to their ± and not in the indices; NaN if no ± is known."""
     scatter: float
-    """Share that follows no smooth dependence, nor is in the indices; 0 of a complete table, which has it in the total ones."""
+    """Share that follows no smooth dependence, nor is in the indices; 0 for a complete table, whose total indices
+    contain it."""
     predictivity: float
     """Share of the variance that the surrogate predicts at cases left out; 1 of a complete table."""
     known: int
@@ -213,7 +214,8 @@ def _table_indices(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
 
 
 def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:
-    """First-order and total indices of a table over levels that are as likely, less what noise of this variance adds."""
+    """First-order and total indices of a table over equally likely levels, less the contribution of noise with this
+    variance."""
     size, every = table.size, tuple(range(table.ndim))
 
     def variance(means: Floats) -> float:

@@ -79,7 +79,7 @@ class Surrogate:
     amplitude: float
     """Variance of the smooth dependence, scaled."""
     scatter: float
-    """Standard deviation of what neither ± nor a smooth dependence explains, in the number's unit."""
+    """Standard deviation of the scatter that neither ± nor a smooth dependence explains, in the number's unit."""
     mean: float
     scale: float
     factor: Any

@@ -47,7 +47,7 @@ class PointLabels(NamedTuple):
     """Standard parameters that are no axes: equal for all cases."""
 
     def parameters(self, point: AxisValues) -> dict[str, Value]:
-        """The labels of a case by name: the standard ones first."""
+        """The labels of a case by name, standard labels first."""
         given = dict(zip(self.names, point, strict=True))
         found = {name: self.standard.get(name, given.get(name)) for name in (*STANDARD, *self.names)}
         return {name: value for name, value in found.items() if value is not None}
@@ -194,7 +194,7 @@ def make_campaign(given: Mapping[str, str], contact: bool = False, drive: bool =
 
 
 def _advice(key: str, places: Mapping[str, str], contact: bool) -> str:
-    """Advice on a wrong key; empty for a right one."""
+    """Advice on a wrong key; empty for a valid value."""
     if key not in places:
         return "a key of campaign files, not of one case" if key in KEYS_OF_FILES else unknown(key, places)
     return "needs a drive, which initial contact alone has not" if contact and places[key] == _DRIVES else ""

@@ -42,7 +42,7 @@ class Given(NamedTuple):
     value: Any
 
     def problem(self, need: str) -> Problem:
-        """This value as one that is refused."""
+        """This value, marked as refused."""
         return Problem(self.place, self.key, self.value, need)
 
 
@@ -286,7 +286,7 @@ class Checker:
     def words_of_table(self, table: str, content: dict[str, Any], others: Collection[str] = ()) -> GivenColumns:
         """The entries of a table of parameters, each as a column with one value. Unknown words are refused.
 
-        others: what the table takes beside parameters, for the advice.
+        others: keys that the table takes beside parameters, for the advice.
         """
         good: GivenColumns = {}
         for word, value in content.items():

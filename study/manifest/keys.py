@@ -95,7 +95,8 @@ def key_text(key: Key) -> str:
 
 
 def text_of_table(name: str) -> str:
-    """A table of a campaign, and what each key means or is without it, line by line; empty without one of this name."""
+    """A table of a campaign, with the meaning or default of each key, line by line; empty without one of this
+    name."""
     name = name.strip("[]")
     table = "drives" if name == "drive_axes" else name
     own = (key for key in keys() if (key.word in axes() if table == "axes" else table and key.table == table))

@@ -365,7 +365,7 @@ class _Reader(NamedFiles):
         return result
 
     def _with_path(self, top: dict[str, Any], manifest: Manifest) -> None:
-        """Refuse what a path of pin and load excludes in all cases."""
+        """Refuse settings that a path of pin and load excludes in all cases."""
         if "slip" not in manifest.stages:
             self.refuse("stages", list(manifest.stages), 'stage "slip", in which the pin goes along [path]')
         if "target" in top:
@@ -531,7 +531,8 @@ def _range_need(name: str, low: Any, high: Any, scale: Any) -> str:
 
 
 def sample_design(design: str, axes: int, count: int, seed: int) -> Floats:
-    """Points of the unit cube (count, axes) that fill it evenly. The first ones of `sobol` stay when there are more."""
+    """Points of the unit cube (count, axes) that fill it evenly. The first points of `sobol` stay the same if more
+    are requested."""
     from scipy.stats import qmc  # noqa: PLC0415  only such designs need it
 
     if design == "sobol":

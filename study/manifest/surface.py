@@ -276,7 +276,8 @@ ten times as high as all that is on them."""
 
 
 def _is_sentinel(height: Floats) -> NDArray[np.bool_]:
-    """Heights that are one largest or least number, several times and further from the others than these are apart."""
+    """Heights equal to the largest or the least number, if that occurs several times, far outside the range of all
+    other heights."""
     found = np.zeros(height.shape, bool)
     known = height[np.isfinite(height)]
     for extreme in (known.min(), known.max()):

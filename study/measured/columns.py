@@ -92,7 +92,7 @@ _BINARY: Final = {
     b"\x1f\x8b": "a gzip archive",
     b"GWY": "a file of Gwyddion (.gwy)",
 }
-"""First bytes of files that are no text -> what they are."""
+"""First bytes of files that are no text -> kind of file."""
 
 
 _NUMPY: Final = b"\x93NUMPY"
@@ -410,8 +410,9 @@ class OneWay(NamedTuple):
 def one_way(rows: Rows, name: str, need: str, turns: bool = True) -> OneWay:
     """Rows in the order of their first column. Raises InvalidInput with the line at which it goes back.
 
-    A first row that alone goes the other way is a header of numbers. Equal places are evenly spaced ones if a line through them
-    is nowhere further off than rounding; else rows of equal place are averaged. turns: the column may fall.
+    A first row that alone goes the other way is a header of numbers. Equal places are taken as evenly spaced if a
+    line through them is nowhere further off than rounding; else rows of equal place are averaged. turns: the column
+    may fall.
     """
     values, lines, places = rows.values, rows.lines, rows.places
     at = values[0]

@@ -36,7 +36,7 @@ class LoopStroke(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loops:
-    """Numbers of loops by name, and what becomes of the contact: True if it slides, None if noise leaves it open.
+    """Numbers of loops by name, and the state of the contact: True if it slides, None if noise leaves it open.
 
     force, position: in N, or as shares of the load, and m (n,), less offset and drift. strokes: from turn to turn.
     """

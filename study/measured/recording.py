@@ -99,7 +99,7 @@ class Trace:
                 raise InvalidInput(f"{name} = {values.min():.4g} to {values.max():.4g}: {needs}")
 
     def without(self, offset: float, drift: float) -> "Trace":
-        """The trace less a constant force, and less one that grows from its start on."""
+        """The trace less a constant force, and less a drift that grows from its start on."""
         return replace(self, force=self.force - offset - drift * (self.at - self.at[0]))
 
     def averaged(self, width: int) -> "Trace":
@@ -209,7 +209,7 @@ def has_turns(position: Floats) -> bool:
 
 
 def turning_points(position: Floats) -> list[int]:
-    """The first sample, those at which the stage turns, and the last one."""
+    """The first sample, all samples at which the stage turns, and the last sample."""
     least = max(NOISE * noise_deviation(position), LEAST_DROP * float(np.ptp(position)))
     away = np.flatnonzero(np.abs(position - position[0]) > least)
     if not len(away):

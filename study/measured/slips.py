@@ -41,7 +41,7 @@ def _averaging_width(trace: Trace, width: int) -> Averaged:
 
 
 def averaged(trace: Trace) -> Averaged:
-    """The narrowest means that show all slips but one, as one at an end may be seen or not."""
+    """The narrowest means that show all slips but one, as a slip at an end may be visible or not."""
     widths = [_averaging_width(trace, 2**power) for power in range((len(trace.at) // FEWEST_POINTS).bit_length() or 1)]
     most = max(len(averages.slips) for averages in widths)
     return next(averages for averages in widths if len(averages.slips) >= most - 1)
@@ -189,7 +189,8 @@ def breakaway(at: Floats, force: Floats, level: float) -> Breakaway | None:
 
 
 def _sample_of_break(at: Floats, force: Floats, about: int, width: int) -> int:
-    """The first sample of the second of two lines that fit the force best, `width` samples or less from another one."""
+    """The first sample of the second of two lines that fit the force best, within `width` samples of a given
+    sample."""
 
     def misfit(sample: int) -> float:
         ends = (about - 2 * width, sample), (sample, min(about + 2 * width, len(force)))

@@ -239,8 +239,9 @@ def _edges_of_means(stroke: Trace) -> list[int]:
 
 
 def _is_triangle(force: Floats) -> bool:
-    """True if the force is near its extremes no longer than one that follows the stage: a triangle is so in a fifth of the
-    time, a sine in two fifths, and one of strokes that slide for half of their time in three fifths.
+    """True if the force is near its extremes no longer than an elastic force that follows the stage. A triangle is
+    near them for a fifth of the time, a sine for two fifths, and strokes that slide half of their time for three
+    fifths.
     """
     high = float(np.quantile(np.abs(force), 0.99))
     return bool(np.mean(np.abs(force) > 0.8 * high) < 0.5)

@@ -9,7 +9,8 @@ from typing import Any
 
 
 def convert(number: str, unit: str, into: str) -> Decimal:
-    """A number with a unit, in another unit. Raises what pint raises: AttributeError, TypeError, ValueError, ArithmeticError."""
+    """A number with a unit, in another unit. Raises the errors of pint: AttributeError, TypeError, ValueError,
+    ArithmeticError."""
     try:
         found: Decimal = registry().Quantity(Decimal(number), _pint_unit(unit)).to(_pint_unit(into)).magnitude
     except (AssertionError, LookupError, SyntaxError, TokenError):  # of its parser, for "N/", "nm0", "mm)"

@@ -77,7 +77,8 @@ class Sizes(NamedTuple):
     """Estimated numbers of events, slips and nodes of a case."""
 
     hertz_nodes: float
-    """Surface nodes under the pin on a half-plane, or on the springs of a chain: what pressing the pin down begins with."""
+    """Surface nodes under the pin on a half-plane, or on the springs of a chain: the first guess of initial
+    contact."""
     nodes: float
     """Surface nodes in contact: fewer than `hertz_nodes` on a bonded layer that is thinner than the contact."""
     across: float
@@ -329,7 +330,7 @@ class Estimate(NamedTuple):
 RESULT: Final = 3000.0
 """Bytes of a result besides the numbers in its arrays: its scalars and its description."""
 LONGEST: Final = 1e12
-"""Thirty thousand years will do for what never ends."""
+"""Thirty thousand years, for runs that never end."""
 
 
 def estimate(task: Task) -> tuple[float, float, float]:
@@ -414,4 +415,4 @@ ESTIMATES: Final[Mapping[str, Callable[[Task], Estimate]]] = {
     "states": _states,
     "drive": _drive,
 }
-"""Name of a kind -> what its tasks cost, from their cases alone."""
+"""Name of a kind -> cost of its tasks, from their cases alone."""

@@ -47,7 +47,7 @@ PACKED = 0.6
 
 
 def disk_of_plan(plan: Plan) -> tuple[float, float]:
-    """Bytes of all results, intermediate ones included, and of the dataset: to a factor of two or three."""
+    """Bytes of all results, including intermediate results, and of the dataset: to a factor of two or three."""
     kept = sum(task.disk for task in plan.tasks if not task.intermediate)
     return sum(task.disk for task in plan.tasks), DATASET + PACKED * kept
 
@@ -82,7 +82,8 @@ def plan_outlook(plan: Plan) -> Outlook:
 def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> dict[str, str]:
     """Lines about the flags that any case has, by flag: number of cases, the first one, meaning and advice.
 
-    masks: the flags of every case, as bits. words: a case's number -> what tells it from the others, empty for a single case.
+    masks: the flags of every case, as bits. words: a case's number -> the parameters in which it differs from other
+        cases; empty for a single case.
     """
     lines = {}
     for flag in FLAGS:
@@ -308,7 +309,7 @@ def machine_memory() -> float:
 
 def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str, ...]:
     """Report each of these tasks that exceeds this machine's memory, the worst first. If there is none, report if the
-    largest ones together do, one for each rank. Empty if all fit."""
+    largest tasks together do, one for each rank. Empty if all fit."""
     there, path = machine_memory(), planned.manifest.path
     worst = heapq.nlargest(max(NAMED_TASKS, ranks), tasks, key=memory_need)
     if not worst or memory_need(*worst[:ranks]) <= there:

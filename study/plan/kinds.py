@@ -100,7 +100,7 @@ class Kind:
 
 
 MEMBER: Final = "member"
-"""The dimension of what results hold of each member: their scalars."""
+"""The dimension of members' scalars in results."""
 MEMBER_OUTCOME: Final = Quantity(
     "member_outcome", "how the member ended", along=MEMBER, codes=tuple(Ending), dtype=np.int8
 )
@@ -143,7 +143,7 @@ def uncertain_names(kind: Kind) -> frozenset[str]:
 
 @lru_cache(maxsize=64)  # asked for every case of a campaign
 def own_ensemble(kind: str, ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
-    """The ensemble of the tasks of this kind in a campaign with this one, and its canonical text."""
+    """The ensemble of the tasks of this kind in a campaign with this ensemble, and its canonical text."""
     found = ensemble.select_observables(uncertain_names(KINDS[kind]))
     return found, CanonicalText(canonical_text(found))
 

@@ -1,4 +1,4 @@
-"""Plan tasks of cases: each distinct computation once, needed ones before their dependents, longest chain first."""
+"""Plan tasks of cases: each distinct computation once, inputs before their dependents, longest chain first."""
 
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence

@@ -58,7 +58,7 @@ class Task:
     shared: bool = field(default=False, compare=False)
     """True if other tasks read the result."""
     needs: tuple[str, ...] = ()
-    """Keys of the tasks whose results this one reads."""
+    """Keys of the tasks whose results this task reads."""
     free: bool = field(default=False, compare=False)
     """True if it only copies from another task's result."""
     cost: float = 0.0
@@ -129,7 +129,7 @@ Inputs = Mapping[str, TaskResult]
 # So a new field of a case changes the keys at once. A field is left out only by a line here that gives the reason.
 
 SOLVER_VERSION = "47"
-"""Part of every key: raise it whenever a change of the solver changes a result, or what numbers it has."""
+"""Part of every key: raise it whenever a change of the solver changes a result, or the set of its numbers."""
 
 
 class Exclusion(NamedTuple):
@@ -274,7 +274,8 @@ _CONTACTS, _RECORDS, _PATHS = map(deciding_texts, (OF_CONTACT, OF_RECORD, OF_PAT
 
 
 def deciding_fields(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]:
-    """Fields of a case and its parts by dotted name, without the excluded ones. Raises KeyError for unknown exclusions."""
+    """Fields of a case and its parts by dotted name, without the excluded fields. Raises KeyError for unknown
+    exclusions."""
     found = dict(list_dotted_fields(case))
     apart = {name for each in exclusions if each.where(case) for name in each.names}
     under = {name: [field for field in found if field == name or field.startswith(f"{name}.")] for name in apart}
@@ -285,7 +286,8 @@ def deciding_fields(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, 
 
 
 def list_dotted_fields(value: Any, prefix: str = "") -> Iterator[tuple[str, object]]:
-    """Dotted name and value of every field of a dataclass and of its nested ones; for a scheme or integrator its name, too."""
+    """Dotted name and value of every field of a dataclass and of nested dataclasses; for a scheme or integrator its
+    name, too."""
     for item in fields(value):
         part = getattr(value, item.name)
         if isinstance(part, Scheme | Integrator):

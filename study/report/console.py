@@ -35,10 +35,10 @@ WIDE: Final = 200
 PATIENCE: Final = 2.0
 """Seconds in which `counting` shows nothing."""
 FAILED: Final = "red"
-"""Style of what failed."""
+"""Style of failures."""
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 _TOGETHER: Final = re.compile(r" [=±<≤>≥+] |nanoslip (?=[a-z])|(?<=\d) (?=\w{1,3}\))")
-"""Words that belong together: what a sign joins, the name of a command, and a size with its unit in brackets."""
+"""Words that belong together: words joined by a sign, the name of a command, and a size with its unit in brackets."""
 _NUMBER: Final = re.compile(r"(?!.*[^\W\d_]{4})[-+]?[\d.]|[–…-]?$|(nan|inf)\b")
 """The start of a number with its error and unit; four letters in a row are a word, as in `3 completed`, which counts members."""
 
@@ -46,7 +46,7 @@ _NUMBER: Final = re.compile(r"(?!.*[^\W\d_]{4})[-+]?[\d.]|[–…-]?$|(nan|inf)\
 def wrap_sentence(text: str, width: int, first: str = INDENT, later: str = INDENT) -> list[str]:
     """A sentence in lines of at most this width where its words allow it; what belongs together is one word.
 
-    first, later: what the first line and the others begin with.
+    first, later: indents of the first line and of later lines.
     """
     joined = _TOGETHER.sub(lambda found: whole(found.group()), _escape_controls(text))
     lines = textwrap.wrap(

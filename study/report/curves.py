@@ -15,7 +15,7 @@ from nanoslip.study.report.console import console
 
 
 class DrawnLine(NamedTuple):
-    """One line: values over places, and what both are."""
+    """A line: values over places, with labels of both."""
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
@@ -82,8 +82,8 @@ _DOTS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]]
 def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = WIDTH, height: int = HEIGHT) -> str:
     """A line through points as lines of text; empty if fewer than two points are finite.
 
-    x: (points,), which may turn, as in loops. y: (points,). labels: what x and y are, with units. width, height: in letters,
-    without axes.
+    x: (points,), which may turn, as in loops. y: (points,). labels: of x and y, with units. width, height: in
+    letters, without axes.
     """
     points = np.stack((np.asarray(x, float), np.asarray(y, float)))
     across, up = points[:, np.isfinite(points).all(axis=0)]

@@ -100,7 +100,7 @@ def _time(seconds: float) -> str:
 
 
 def sizes_in_si(dataset: xr.Dataset) -> Iterator[str]:
-    """The sizes of cases and of what they give in SI, a line each; none if a dataset does not state its scales."""
+    """The sizes of cases and of their results in SI, a line each; none if a dataset does not state its scales."""
     scales = read_scales(dataset.attrs)
     if scales is None:
         return
@@ -249,7 +249,7 @@ def lower_subscripts(text: str) -> Markup:
 
 
 def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
-    """The figures of a sort, and notes on those left out; None if a dataset has neither."""
+    """The figures of a sort, and notes on omitted figures; None if a dataset has neither."""
     seen = list(sort.of(dataset))
     if not seen:
         return None

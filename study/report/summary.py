@@ -47,7 +47,7 @@ from nanoslip.study.toml_text import from_toml
 # Values that are the same in all rows of a table: printed once above it, not in every row.
 
 LARGEST_WHOLE: float = 1e12
-"""Whole numbers below it are written as such."""
+"""Whole numbers below it are written without an exponent."""
 FEW_COUNTED: Final = 10.0
 """Means of counts are whole numbers from here on, and have one digit below it."""
 NOTHING = "–"
@@ -102,7 +102,7 @@ _SAID_APART: Final = {
 def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, dict[str, list[str]]]:
     """Name, value with its unit, and meaning of each scalar that one case has; and why others are not among them -> their names.
 
-    case: of nanoslip.study.dataset.access; what lies along a dimension is left out. names: only these; () all.
+    case: of nanoslip.study.dataset.access; variables along a dimension are left out. names: only these; () all.
     """
     rows: list[tuple[str, ...]] = []
     others: dict[str, list[str]] = {}
@@ -250,7 +250,8 @@ def _critical_condition(case: xr.Dataset) -> Iterator[str]:
 
 
 def start_range(case: xr.Dataset, name: str) -> Iterator[str]:
-    """Range of a critical velocity over single starts, which is what one machine shows, and why others have none."""
+    """Range of a critical velocity over single starts, as a single machine would show it, and the reason if starts
+    have none."""
     found = Counter({word: count for word, count in _searches(case, name) if word != "found"})
     if "drive_ensemble" in read_groups(case):
         starts = read_run(case, "drive_ensemble", {})[0]
@@ -310,11 +311,11 @@ COMPLETED: Final = Ending.COMPLETED.value
 FEW: Final = 50
 """Drives whose endings are not counted."""
 SYMBOLS: Final = {name: each.symbol for name, each in variables.parameters().items() if each.symbol}
-"""Parameter -> what tables and figures call it."""
+"""Parameter -> its name in tables and figures."""
 
 
 def each_case(rows: CaseRows, most: int) -> list[xr.Dataset]:
-    """Scalars of at most `most` rows, in their order; what has ended goes before what has not."""
+    """Scalars of at most `most` rows, in their order; finished cases come before unfinished ones."""
     endings = (ending.name for ending, *_ in variables.OUTCOMES.values() if ending.name in rows.root)
     waiting = np.any([rows.values(name) == PENDING for name in endings], axis=0)
     shown = np.sort(np.argsort(waiting, kind="stable")[:most])
@@ -653,7 +654,7 @@ LEAST_RECORD: Final = SPACINGS + 0.1
 
 
 def longer_record(case: xr.Dataset) -> str:
-    """Advice to compute a case with a longer record, the length that it has, and what the longer one costs."""
+    """Advice to compute a case with a longer record, with the present length and the cost of the longer record."""
     spans = float(case.get("record_spacings", math.nan))
     if not (math.isfinite(spans) and spans > 0.0):
         return "a longer record"
@@ -663,7 +664,7 @@ def longer_record(case: xr.Dataset) -> str:
 
 
 def error_parts(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
-    """Parts of the error of a number of one case, the largest first, unknown ones last.
+    """Parts of the error of a case's number, the largest first, unknown parts last.
 
     The part that all starts share is unknown where its record is flagged as short, whatever that record itself shows.
     cost: cost of four times as many members, in words.

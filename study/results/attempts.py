@@ -32,7 +32,7 @@ class Attempt:
     passing: bool
     """True if the machine was at fault, not the task: the next run tries again."""
     solver: str
-    """Name of what failed (nanoslip.study.origin.Origin.solver)."""
+    """Name of the software that failed (nanoslip.study.origin.Origin.solver)."""
     where: str
     """Rank and host."""
     ended: str
@@ -139,7 +139,7 @@ class RunRecord:
     nanoslip: str = ""
     """Version as its users see it."""
     solver: str = ""
-    """Name of what decides results (nanoslip.study.origin.Origin.solver)."""
+    """Name of the software that decides results (nanoslip.study.origin.Origin.solver)."""
     source_commit: str = ""
     host: str = ""
     """Host of the first process."""
@@ -163,7 +163,7 @@ class RunRecord:
     done: int = 0
     """Tasks that ended with a result."""
     failed: int = 0
-    """Tasks that failed, or needed one that did."""
+    """Tasks that failed, or needed a failed task."""
     wall_seconds: float = 0.0
     core_seconds: float = 0.0
     """Time of all processes together, in tasks."""

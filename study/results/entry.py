@@ -415,9 +415,10 @@ class Fault(NamedTuple):
 
 
 def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[LocatedEntry | Fault]:
-    """The entries of a log from here on, and what lies between them that is none. Raises OSError, ResultFormatError.
+    """The entries of a log from here on, and the damaged parts between them. Raises OSError, ResultFormatError.
 
-    A torn end comes last, as a Fault with a TornError: the writer may be at it. whole: numbers are checked, too, not only passed.
+    A torn end comes last, as a Fault with a TornError: the writer may be at it. whole: numbers are checked, too, not
+    only passed.
     """
     with os.fdopen(open_regular(path), "rb", _PIECE) as file, named(path):
         file.seek(begin)

@@ -22,7 +22,7 @@ NO_FILE: Final = "no regular file"
 
 
 def open_regular(path: Path, flags: int = os.O_RDONLY) -> int:
-    """Descriptor of a regular file, which others may have put there: never what a link leads to. Raises OSError."""
+    """Descriptor of a regular file, which others may have put there: never the target of a link. Raises OSError."""
     try:
         # Without O_NONBLOCK the opening of a pipe would wait for its other end, for ever.
         file = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
@@ -47,7 +47,8 @@ def is_no_file(path: Path) -> bool:
 
 
 def matching(folder: Path, pattern: str) -> list[Path]:
-    """Paths in a folder whose names match, in order; none where no folder is. Raises OSError for one that may not be read."""
+    """Paths in a folder whose names match, in order; none where no folder is. Raises OSError for an unreadable
+    file."""
     with suppress(FileNotFoundError, NotADirectoryError):
         return sorted(folder / name for name in fnmatch.filter(os.listdir(folder), pattern))
     return []

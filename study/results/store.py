@@ -46,7 +46,7 @@ def _refused() -> Iterator[None]:
 
 @contextmanager
 def failing(what: object) -> Iterator[None]:
-    """Raise what the disk refuses as a StoreError: what could not be done, and why."""
+    """Turn errors of the disk into a StoreError that names the failed action and the reason."""
     try:
         yield
     except OSError as error:
@@ -54,7 +54,8 @@ def failing(what: object) -> Iterator[None]:
 
 
 class Store:
-    """Results of a campaign in DIR/results. Two processes that write one result write the same bytes: no harm."""
+    """Results of a campaign in DIR/results. Two processes that write the same result write the same bytes, which does
+    no harm."""
 
     def __init__(self, out: Path, whole: bool = True) -> None:
         """whole: check every byte of a result, else only its head."""

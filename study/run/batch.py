@@ -53,7 +53,7 @@ class Site:
     deaths: int = 5
     """Likewise where one of its ranks was killed."""
     memory: str = PLANNED
-    """Memory of each rank, as sbatch reads it; `plan` for what the largest task needs, empty for no request."""
+    """Memory of each rank, as sbatch reads it; `plan` for the memory of the largest task, empty for no request."""
     command: str = "nanoslip"
     """Command that the ranks execute."""
     options: tuple[str, ...] = ()
@@ -71,7 +71,7 @@ class Site:
 
 
 def _need(name: str, value: Any, kind: type) -> str:
-    """Need of a wrong setting; empty of a right one."""
+    """Need of a wrong setting; empty for a valid value."""
     items, of = (value, str) if isinstance(value, tuple) else ((value,), kind)
     fits = isinstance(value, kind) and not isinstance(value, bool) and all(isinstance(each, of) for each in items)
     if not fits:

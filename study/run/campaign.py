@@ -121,9 +121,9 @@ class Ended(NamedTuple):
 
     store: Store
     failed: int
-    """Tasks that failed, or needed one that did."""
+    """Tasks that failed, or needed a failed task."""
     given_up: int
-    """Tasks that were not tried, as they, or one that they need, had failed before."""
+    """Tasks that were not tried, as they or their inputs had failed before."""
 
 
 Show = Callable[[Rest, int, MeasuredTimes], AbstractContextManager[Report]]

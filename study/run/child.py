@@ -157,7 +157,7 @@ class ChildProcess:
         self._seen = now
 
     def load(self, program: Program, number: int) -> None:
-        """Have it import what tasks need."""
+        """Have it import the modules of tasks."""
         self.loads = True
         self._send((program, number))
 
@@ -276,7 +276,7 @@ class Agent:
         return self._child
 
     def load(self) -> ChildProcess:
-        """Have the child import what tasks need, before there is one."""
+        """Have the child import the modules of tasks before the first task."""
         child = self.start()
         if not child.loads:
             child.load(self._program, self._number)

@@ -131,8 +131,9 @@ def compute_members(
 ) -> tuple[Member, ...]:
     """Compute the members of a task, or as many as its target needs. compute: one, from its case and number.
 
-    A member that the physics refuses has that outcome and no values. there: how many have what this kind needs; all of them are
-    computed, and further ones only for a target. spent: relative error by what members leave out, which the target includes.
+    A member that the physics refuses has that outcome and no values. there: number of members whose inputs exist; all
+    of them are computed, and further ones only for a target. spent: relative error by what members leave out, which
+    the target includes.
     """
     ensemble, found = task.ensemble, list[Member]()
 
@@ -248,7 +249,8 @@ def _arrays(kind: kinds.Kind, member: Member) -> dict[str, NDArray[Any]]:
 
 
 def joint_outcome(members: Sequence[Outcome]) -> Outcome:
-    """Outcome of an ensemble: that of its members, or completed if enough of them are, with the outcomes of the others."""
+    """Outcome of an ensemble: the outcome of its members, or completed if enough members are, with the outcomes of
+    all others."""
     if len({*members}) < 2:
         return members[0] if members else COMPLETED
     failed = Counter(each.ending for each in members if not each.ok)
@@ -558,4 +560,4 @@ COMPUTE: Final[Mapping[str, Callable[[Task, Inputs], Computed]]] = {
     "states": _states,
     "drive": _drive,
 }
-"""Name of a kind -> what computes its tasks."""
+"""Name of a kind -> function that computes its tasks."""

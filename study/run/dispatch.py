@@ -194,7 +194,7 @@ class Done:
     """True for a failure that may end differently if it is tried again."""
     passing: bool = False
     """True for a failure of the machine, which may end differently in another run. Its process may be harmed (no file
-    descriptor left, for example): another one continues."""
+    descriptor left, for example): another process continues."""
     died: bool = False
     """True for a failure that ended its process, perhaps after its result was kept."""
     halt: str = ""
@@ -345,7 +345,7 @@ class Ledger:
             self.queue.put_back(key)
 
     def enter(self, done: Done) -> None:
-        """Record the end of a taken task; tasks that need a failed one are abandoned."""
+        """Record the end of a taken task; tasks that need a failed task are abandoned."""
         if done.halt and not self._refuses(done):
             return
         if done.died and (outcome := self._watch.kept(done.key)):

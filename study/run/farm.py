@@ -34,7 +34,7 @@ News = tuple[int, Sequence[dispatch.Done], Sequence[str]]
 class Farm(ABC):
     """Processes that compute tasks, numbered by rank. Communication is private to the farm.
 
-    The root calls `run`, the others `serve`; all of them end with `leave`.
+    The root calls `run`, all other ranks `serve`; all of them end with `leave`.
     """
 
     root = True
@@ -74,7 +74,8 @@ class Farm(ABC):
         return ledger.tally(self.interruption.requested)
 
     def settle(self) -> None:
-        """Let all computing processes sync their results; one that fails reports it, or is ended at its time limit."""
+        """Let all computing processes sync their results; a failing task reports it, or is ended at its time
+        limit."""
         waiting, self._unsettled = self._unsettled, set()
         for rank in waiting:
             self.give(rank, [launch.Settle()])
@@ -98,7 +99,8 @@ class Farm(ABC):
 
     @abstractmethod
     def load(self, tasks: int) -> None:
-        """Have the processes of this rank import what tasks need, before they get one: no more of them than tasks."""
+        """Have the processes of this rank import the modules of tasks before the first task; no more processes than
+        tasks."""
 
     @abstractmethod
     def give(self, rank: int, tasks: list[Any]) -> None:
@@ -125,7 +127,7 @@ class SerialFarm(Farm):
         self._waiting: list[Any] = []
 
     def load(self, tasks: int) -> None:
-        """Import what tasks need."""
+        """Import the modules of tasks."""
         self._execute()
 
     def give(self, rank: int, tasks: list[Any]) -> None:
@@ -166,7 +168,7 @@ class ProcessFarm(Farm):
         super().__exit__(*error)
 
     def load(self, tasks: int) -> None:
-        """Have as many processes as there are tasks import what these need."""
+        """Have as many processes as there are tasks import the modules of tasks."""
         for agent in self._agents[:tasks]:
             agent.load()
 
@@ -232,7 +234,7 @@ class MPIFarm(Farm):
             self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
 
     def load(self, tasks: int) -> None:
-        """Have this rank's child import what tasks need."""
+        """Have this rank's child import the modules of tasks."""
         self._agent.load()
 
     def give(self, rank: int, tasks: list[Any]) -> None:
@@ -243,14 +245,14 @@ class MPIFarm(Farm):
             self._agent.give(tasks)
 
     def take_back(self, rank: int) -> Sequence[str]:
-        """Have a rank return the tasks that it has not begun, and their keys: of this one at once, others as news."""
+        """Ask a rank to return its waiting tasks, and return their keys: rank 0's at once, other ranks' as news."""
         if rank:
             self._send(rank, GIVE_BACK)
             return ()
         return self._agent.give_back()
 
     def news(self) -> list[News]:
-        """Receive messages from other ranks and from this one's child; wait a little if there are none."""
+        """Receive messages from other ranks and from this rank's child; wait a little if there are none."""
         done = self._agent.arrived()
         found: list[News] = [(0, done, ())] if done else []
         for rank, message in self._receive_messages():
@@ -322,7 +324,8 @@ class MPIFarm(Farm):
         self._sent.append(self._world.isend(message, dest=rank))
 
     def _flush(self) -> None:
-        """Wait until all messages are sent: at the end of MPI unsent ones would be lost and their receivers wait forever."""
+        """Wait until all messages are sent: at the end of MPI unsent messages would be lost and their receivers wait
+        forever."""
         end = time.monotonic() + FLUSH
         while self._drop_gone() and time.monotonic() < end:
             time.sleep(1e-3)

@@ -22,8 +22,8 @@ ONE_THREAD: Final = dict.fromkeys(
 """Environment of a process that computes: more threads would fight each other, and sums would depend on their number."""
 
 ONE_ARITHMETIC: Final = {"OPENBLAS_CORETYPE": "Haswell", "MKL_CBWR": "AVX2"}
-"""Kernels of OpenBLAS and MKL for processors with AVX2 and FMA. Each library would choose the newest one that the processor can
-run, and each kernel rounds differently. A variable that is already set is kept."""
+"""Kernels of OpenBLAS and MKL for processors with AVX2 and FMA. Each library would choose the newest kernel that the
+processor can run, and each kernel rounds differently. A variable that is already set is kept."""
 
 WARNING: Final = 90
 """Seconds before the end of a job at which its ranks are signalled to stop."""
@@ -149,7 +149,8 @@ GRACE = 20.0
 ECHO = 2.0
 """Seconds in which a further signal repeats the first: a terminal signals the ranks, and so does their launcher."""
 LAST_WORDS = 0.5
-"""Seconds between a process's last message and its end: launchers drop what they have not passed on by then."""
+"""Seconds between a process's last message and its end: launchers drop output that they have not passed on by
+then."""
 
 
 class Interruption:

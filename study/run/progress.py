@@ -17,7 +17,7 @@ class TimeForecast:
     """Remaining time of a run: estimates scaled by measured times of each kind."""
 
     def __init__(self, tasks: Sequence[Work], ranks: int = 1, measured: MeasuredTimes | None = None) -> None:
-        """measured: what tasks of the campaign took in earlier runs, if any."""
+        """measured: times of the campaign's tasks in earlier runs, if any."""
         self._ranks = ranks
         self._measured = MeasuredTimes(measured.as_data() if measured else {})
         self._left: defaultdict[str, float] = defaultdict(float)
@@ -207,7 +207,7 @@ def open_progress(
 ) -> Progress:
     """The kind of progress that fits this console (of `rich`), on stderr.
 
-    ranks: how many compute at once. measured: what tasks of the campaign took in earlier runs.
+    ranks: how many compute at once. measured: times of the campaign's tasks in earlier runs.
     """
     if console.is_terminal:
         return TerminalProgress(tasks, console, ranks, measured)
