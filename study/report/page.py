@@ -79,14 +79,18 @@ def cost(runs: Sequence[RunRecord]) -> str:
     ended = [run for run in runs if run.ended]
     if not ended:
         return "Not known: nothing beside the dataset says what its runs took."
-    wall, core = sum(run.wall_seconds for run in ended), sum(run.core_seconds for run in ended)
+    wall = sum(run.wall_seconds for run in ended)
+    core = sum(run.core_seconds for run in ended)
+    processor = sum(run.processor_seconds for run in ended)
     most = max(run.processes for run in ended)
     processes = "one process" if most == 1 else f"up to {most} processes"
     times = f"{len(ended)} runs" if len(ended) > 1 else "one run"
     tasks = sum(run.done + run.failed for run in ended)
+    # A run of an older version has no processor time.
+    share = f", of which {_time(processor)} of processor time" if processor > 0.0 else ""
     missing = len(runs) - len(ended)
     further = f" {missing} more did not come to their end." if missing else ""
-    return f"{_time(wall)} in {times} with {processes}; {tasks} tasks took {_time(core)} of one core.{further}"
+    return f"{_time(wall)} in {times} with {processes}; {tasks} tasks took {_time(core)}{share}.{further}"
 
 
 def _time(seconds: float) -> str:

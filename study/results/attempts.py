@@ -166,7 +166,9 @@ class RunRecord:
     """Tasks that failed, or needed a failed task."""
     wall_seconds: float = 0.0
     core_seconds: float = 0.0
-    """Time of all processes together, in tasks."""
+    """Elapsed seconds of all tasks together: what they would have taken one after another."""
+    processor_seconds: float = 0.0
+    """Processor time of all tasks together: less than `core_seconds` where other programs share the cores."""
     kinds: dict[str, list[float]] = field(default_factory=dict)
     """Kind of task -> number of tasks with a result, their predicted seconds, their measured seconds."""
     exit_code: int = 0

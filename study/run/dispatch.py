@@ -8,7 +8,7 @@ import traceback
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from time import perf_counter, time
+from time import perf_counter, process_time, time
 from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
@@ -199,6 +199,8 @@ class Done:
     """True for a failure that ended its process, perhaps after its result was kept."""
     halt: str = ""
     """Reason why the result could not be kept. After a second one, with no result between, no task can be finished any more."""
+    processor: float = 0.0
+    """Seconds of processor time; 0 if its process died."""
 
     def __post_init__(self) -> None:
         if self.trace:
@@ -232,7 +234,8 @@ class RunTally:
     """Numbers of tasks done and failed, and whether tasks remain. halt: why no task could be finished any more.
 
     interrupted: by a signal, or because all remaining tasks would outlast the job (outlasting: their number).
-    seconds: of all processes in finished tasks. hosts: host -> processes that finished one. Neither counts in comparisons.
+    seconds, processor: elapsed and processor time of all tasks together. hosts: host -> processes that finished a task. None of
+    them counts in comparisons.
     """
 
     done: int = 0
@@ -242,6 +245,7 @@ class RunTally:
     outlasting: int = 0
     seconds: float = field(default=0.0, compare=False)
     hosts: Mapping[str, int] = field(default_factory=dict, compare=False)
+    processor: float = field(default=0.0, compare=False)
 
 
 def attempt(
@@ -255,24 +259,29 @@ def attempt(
     survive: exceptions that become outcomes; others are raised.
     """
     start = perf_counter()
+    start_of_processor = process_time()
+
+    def finish(outcome: Outcome, **more: Any) -> Done:
+        processor = process_time() - start_of_processor
+        return Done(task.key, outcome, perf_counter() - start, where, processor=processor, **more)
+
     try:
         outcome = execute(task)
         if not isinstance(outcome, Outcome):
             raise TypeError(f"it returned {quote_value(outcome)}, no outcome")
     except CannotGoOnError as error:
         refused = Outcome(Ending.CRASHED, str(error))
-        return Done(task.key, refused, perf_counter() - start, where, passing=True, halt=refused.message)
+        return finish(refused, passing=True, halt=refused.message)
     except survive as error:
-        seconds = perf_counter() - start
         # An error of the machine may be over next time, one of the program is not.
         shortage = is_shortage(error)
         machine = shortage or isinstance(error, OSError)
         ending = Ending.OUT_OF_MEMORY if shortage else Ending.CRASHED
         message = "".join(traceback.format_exception_only(error))  # also where its own text cannot be had
         failed = Outcome(ending, message, cause=type(error).__name__)
-        return Done(task.key, failed, seconds, where, traceback.format_exc(), machine, machine)
+        return finish(failed, trace=traceback.format_exc(), again=machine, passing=machine)
     machine = outcome.ending is Ending.OUT_OF_MEMORY
-    return Done(task.key, outcome, perf_counter() - start, where, again=machine, passing=machine)
+    return finish(outcome, again=machine, passing=machine)
 
 
 def print_failure(task: Work, done: Done) -> None:
@@ -303,6 +312,7 @@ class Ledger:
         self._kept = True  # a result since the last one that could not be
         self._measured = MeasuredTimes()
         self._seconds = 0.0
+        self._processor = 0.0
         self._hosts: set[Worker] = set()
 
     @property
@@ -352,6 +362,7 @@ class Ledger:
             done = replace(done, outcome=outcome)
         self._away -= 1
         self._seconds += done.seconds
+        self._processor += done.processor
         self._hosts |= {done.where} if done.where else set()
         if done.halt or done.outcome.ending in UNDONE:
             self._fail(done)
@@ -397,7 +408,9 @@ class Ledger:
         left = len(self.queue) + self._away > 0
         stopped = left and not self.halt and (interrupted or self.queue.aside > 0)
         hosts = Counter(place.host for place in self._hosts)
-        return RunTally(self._done, self._crashed, stopped, self.halt, self.queue.aside, self._seconds, hosts)
+        return RunTally(
+            self._done, self._crashed, stopped, self.halt, self.queue.aside, self._seconds, hosts, self._processor
+        )
 
 
 LOOKAHEAD: Final = 0.2

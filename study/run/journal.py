@@ -137,6 +137,7 @@ class Journal(Watch):
                 failed=tally.crashed,
                 wall_seconds=round(time.monotonic() - self._started, 3),
                 core_seconds=round(tally.seconds, 3),
+                processor_seconds=round(tally.processor, 3),
                 kinds=self._measured.as_data(),
             )
 

@@ -226,8 +226,11 @@ def test_an_answer_begins_with_its_size_in_si_and_a_drive_without_slip_is_named_
 def test_the_cost_is_that_of_all_runs_or_unknown() -> None:
     assert cost([]).startswith("Not known")
     assert cost([KILLED]).startswith("Not known")
-    assert cost([ONE, EIGHT]) == "2 min in 2 runs with up to 8 processes; 10 tasks took 3.33 min of one core."
-    assert cost([ONE]) == "60 s in one run with one process; 5 tasks took 100 s of one core."
+    assert (
+        cost([ONE, EIGHT])
+        == "2 min in 2 runs with up to 8 processes; 10 tasks took 3.33 min, of which 2 min of processor time."
+    )
+    assert cost([ONE]) == "60 s in one run with one process; 5 tasks took 100 s, of which 60 s of processor time."
     assert cost([ONE, KILLED]).endswith("their end.")
 
 
@@ -418,6 +421,7 @@ ONE = RunRecord(
     failed=1,
     wall_seconds=60.0,
     core_seconds=100.0,
+    processor_seconds=60.0,
 )
 
 

@@ -29,10 +29,11 @@ def test_a_run_has_a_line_when_it_begins_and_one_when_it_has_ended(tmp_path):
     journal.begin(2, "ranks")
     (begun,) = runs.read_runs(tmp_path)
     assert (begun.ended, begun.processes, begun.unit, begun.command) == ("", 2, "ranks", "nanoslip run mine.toml")
-    journal.computed(RunTally(3, 1, seconds=7.0, hosts={"n2": 1, "n1": 1}))
+    journal.computed(RunTally(3, 1, seconds=7.0, processor=5.0, hosts={"n2": 1, "n1": 1}))
     journal.end(3)
     (run,) = runs.read_runs(tmp_path)
     assert (run.run, run.done, run.failed, run.core_seconds, run.exit_code) == (begun.run, 3, 1, 7.0, 3)
+    assert run.processor_seconds == 5.0
     assert begun.begun <= run.ended
     assert list(run.hosts) == ["n1", "n2"]
     assert len(lines(tmp_path)) == 2
@@ -97,6 +98,7 @@ def test_a_run_that_computes_is_written_down_and_one_that_does_not_is_not(tmp_pa
     assert (run.processes, run.done, run.failed, run.exit_code) == (1, 2, 0, 0)  # a compliance and a contact
     assert run.hosts == {run.host: 1}
     assert 0.0 <= run.core_seconds <= run.wall_seconds
+    assert 0.0 < run.processor_seconds <= run.core_seconds + 0.02  # two clocks, and their grain
 
 
 def test_the_line_of_a_command_has_its_exit_code(main, campaign, tmp_path, monkeypatch):
