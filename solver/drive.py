@@ -327,6 +327,7 @@ def estimate_duration(drive: Drive, peak: float, mean: float, surface_stiffness:
         return CYCLES * settling
     if settling < lag_time(drive):
         return CYCLES * (settling + way / stage)
+    # Until the first slip the stage stretches spring and contact in a row.
     first = peak * (1.0 / k + 1.0 / surface_stiffness) / stage
     # The first slip in the first half. A slip ends as far below the mean as it began above: the stage pulls back both.
     return 2.0 * first + CYCLES * (settling + 2.0 * (peak - mean) / (k * stage))

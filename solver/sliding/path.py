@@ -209,6 +209,7 @@ def loops_of(path: Path) -> Loops:
     # From one turn to the next, in the direction of each leg.
     risen = float(np.mean([leg.final_force - leg.initial_force for leg in later]))
     gone = float(np.mean([leg.final_displacement for leg in later]))
+    # Elastic energy at a turn: ½ · risen/2 · gone/2. Equivalent damping is the loss over 4π times this.
     return Loops(
         cycle_amplitude=gone / 2.0 / path.presliding_length,
         cycle_stroke=gone,

@@ -129,7 +129,7 @@ class Question:
         return np.column_stack([each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)])
 
     def check(self, out: Path) -> None:
-        """Raises ValueError if a target is no number of the campaign, is not a single number for each case, or is
+        """Raise ValueError if a target is no number of the campaign, is not a single number for each case, or is
         impossible at all points."""
         middle = np.full((2, len(self.ranges)), 0.5)
         middle[1] += 0.25
@@ -138,7 +138,8 @@ class Question:
         self._require_answers(collect(plans[0], Store(out)))
 
     def _require_answers(self, named: xr.Dataset) -> None:
-        """Raises ManifestError if none of the points that are computed first can have the numbers. named: has their names."""
+        """Raise ManifestError if no point of the first design can have the numbers. named: dataset with the names of
+        numbers."""
         plans = self.plans(filling(len(self.ranges)))
         cases = [case for plan in plans for case in plan.cases]
         if all(case.case is None for case in cases):

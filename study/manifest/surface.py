@@ -207,7 +207,7 @@ def _apart(pixel: str, stated: Mapping[str, str], counts: tuple[int, ...]) -> It
 
 
 PIXEL_ROUNDING: Final = 5e-3
-"""Relative rounding of a spacing that people type, to two digits or more, beside the one that a file states."""
+"""Relative rounding of a typed spacing, of two digits or more, against the spacing that a file states."""
 
 
 def _length(key: str, text: str) -> float:

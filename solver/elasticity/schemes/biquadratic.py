@@ -78,6 +78,8 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
     def block(weights: list[Floats]) -> scipy.sparse.csr_array:
         return scipy.sparse.csr_array((np.concatenate(weights), (rows, columns)), shape=(grid.nodes, grid.nodes))
 
+    # Tractions on the sides: σ_xx = (λ+2) u_x + λ w_z and σ_xz = u_z + w_x; on the ends: σ_xz and
+    # σ_zz = (λ+2) w_z + λ u_x. k_u and c_uw collect the forces along x, c_wu and k_w those along z.
     # An external nodal force balances the forces of the neighbours, hence the minus signs.
     return Stiffness(
         grid=grid,
@@ -136,6 +138,8 @@ def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIn
         alpha_integral = integral(alpha, left, right)
         # A node on the boundary has no face on its outer side.
         none = np.zeros(len(nodes))
+        # A field Σ α(x) γ(z) (Eq. 8-10): on a side ∂/∂x integrates to α'(x) ∫γ dz and ∂/∂z to α(x) times the rise of γ,
+        # on an end ∂/∂x to γ(z) times the rise of α and ∂/∂z to γ'(z) ∫α dx.
         weights.append(
             (
                 sum((s * value(slopes(alpha), x) for s, x in sides), none) * gamma_integral[q],

@@ -119,6 +119,7 @@ def _rows_above(depth: float, height: float) -> float:
         return 2 * _rows_above(height / 2, height) - _rows_above(height - depth, height)
     if depth <= 1.0:
         return depth
+    # ∫dz/thickness: 1 up to the depth 1, ln z on the way to _THICKEST, z/_THICKEST beyond.
     return 1.0 + math.log(min(depth, _THICKEST)) + max(0.0, depth / _THICKEST - 1.0)
 
 
@@ -156,6 +157,7 @@ def resultants(n_x: int) -> Dense:
 def bar_forces(n_x: int) -> Dense:
     """Nodal forces [f_x; f_z] on the surface with a bar's stresses, per unit N, Q and M, shape (2·n_x, 3)."""
     uniform = _nodal(n_x, np.ones_like)
+    # Shear that vanishes at both sides with ∫ = 1, and a linear pressure with ∫ x·12x dx = 1, over a width of 1.
     parabola = _nodal(n_x, lambda x: 1.5 - 6.0 * x**2)
     linear = _nodal(n_x, lambda x: 12.0 * x)
     none = np.zeros(n_x)
@@ -186,6 +188,7 @@ def transfer_matrix(slab: Slab, height: float) -> Dense:
 def _bar(slab: Slab, height: float) -> Dense:
     """Compliance of a bar clamped at its lower end: [w; u; rotation] of the upper end per [N; Q; M] there, shape (3, 3)."""
     modulus = _modulus(slab)
+    # Cantilever with E'I = E'/12: rotation h/E'I and sway h²/2E'I per moment, sway h³/3E'I + 6h/5 (shear, G = 1) per force.
     bent, cross = 12.0 / modulus * height, -6.0 / modulus * height**2
     moved = 4.0 / modulus * height**3 + 1.2 * height
     return np.array([[height / modulus, 0.0, 0.0], [0.0, moved, cross], [0.0, cross, bent]])
