@@ -17,6 +17,7 @@ from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.parameter import quantity
 
+# Phases, and velocities over V, that rounding may make of 0.
 _ROUNDING = 1e-12
 _ULP = 2.0 * float(np.finfo(float).eps)
 _MOST_STEPS: Final = 100

@@ -603,7 +603,7 @@ def main() -> None:
 
 
 def _report_shortage(error: BaseException) -> int:
-    """Report a shortage of memory or of other resources, and return the exit code; raises other errors again."""
+    """Report a shortage of memory, and return the exit code; raises other errors again."""
     if not is_shortage(error):
         raise error
     show(Refusal(describe_shortage()))
