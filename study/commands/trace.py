@@ -67,6 +67,8 @@ SENTENCES: Final = {
     "averaged": "slips are lost in the noise of single samples: numbers are of means over {width} each",
     "offset": "the trace begins at {begins:.3g}{unit}: if nothing pulls there, take it off by offset",
     "noise": "where the force falls by less than {least:.2g}{unit} it counts as noise, not as a slip",
+    "cell_rings": "the force rises faster than in the first pull, every {period:.3g} {over}, as no friction does: the force cell "
+    "rings, and numbers are of means over that period",
     "turned": "no number: the force falls more slowly than it rises, which is no stick-slip: has it the other sign?",
     "slides": "steady from {from:.4g} {over} on, after the last slip; μ_k is the mean, its ± from eight parts",
     "no_stick_slip": "steady from {from:.4g} {over} on: no stick-slip, so no μ_s, period or amplitude; μ_k is the mean, its ± "

@@ -145,6 +145,29 @@ def ramp(at: Floats, force: Floats, level: float) -> list[float]:
     return [rise_rate(at, force, 0, top)] if top else []
 
 
+FASTER_THAN_PULL: Final = 1.5
+"""Rate of a rise over that of the first pull from which on it is none of friction: both are k·V, to a few percent."""
+
+
+def ring_width(trace: Trace, averages: Averaged) -> int:
+    """Samples (before averaging) in a period of a force cell that rings; 0 if none does.
+
+    While a pin sticks the force rises by k·V, while it slides by k·(V - v): what rises faster than the first pull does, time and
+    again, is no friction.
+    """
+    at, force, slips = averages.trace.at, averages.trace.force, averages.slips
+    pulled = ramp(at, force, float(np.median(force)))
+    if len(slips) <= FEWEST or not pulled or not pulled[0] > 0.0:
+        return 0
+    rises = [
+        (force[after.peak] - force[slip.trough]) / (at[after.peak] - at[slip.trough]) for slip, after in pairwise(slips)
+    ]
+    if not np.median(rises) > FASTER_THAN_PULL * pulled[0]:
+        return 0
+    width = round(float(np.median(np.diff([slip.peak for slip in slips])))) * averages.width
+    return width if len(trace.at) // width >= FEWEST_POINTS else 0
+
+
 ONE_SIGMA: Final = float(scipy.special.ndtr(1.0))
 """Probability of less than one standard deviation above the mean."""
 _ON_LINE: Final = 5

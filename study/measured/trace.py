@@ -41,6 +41,7 @@ from nanoslip.study.measured.slips import (
     is_turned,
     keeps_sliding,
     ramp,
+    ring_width,
     rise_rate,
 )
 
@@ -250,6 +251,8 @@ def _is_triangle(force: Floats) -> bool:
 def _pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     """Numbers of a single pull. The part after its end is left out."""
     averages = averaged(trace)
+    if width := ring_width(trace, averages):
+        return _ringing_numbers(trace, width, pull)
     end = end_of_pull(averages)
     if end * averages.width < FEWEST_POINTS:
         return _averaged_numbers(trace, averages, pull)
@@ -257,6 +260,20 @@ def _pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     level = float(np.median(averages.trace.force[averages.slips[-1].trough :]))
     ends = TraceFlag("pull_ends", {"at": float(averages.trace.at[end]), "level": level, **_units(trace, pull)})
     return replace(found, flags=(ends, *found.flags))
+
+
+def _ringing_numbers(trace: Trace, width: int, pull: _Pull) -> TraceNumbers:
+    """Numbers of a pull whose force cell rings, from means over its period of `width` samples.
+
+    Where in a period the pin breaks away is not known: ± of μ_s has what the force rises in one.
+    """
+    found = _pull_numbers(trace.averaged(width), pull)
+    period, numbers = width * float(np.median(np.diff(trace.at))), dict(found.numbers)
+    if static := numbers.get("static_friction"):
+        (rate,) = ramp(trace.at, trace.force, float(np.median(trace.force)))
+        numbers["static_friction"] = static._replace(uncertainty=math.hypot(static.uncertainty, rate * period))
+    flag = TraceFlag("cell_rings", {"period": period, **_units(trace, pull)})
+    return replace(found, numbers=numbers, flags=(flag, *found.flags))
 
 
 def _averaged_numbers(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
