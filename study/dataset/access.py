@@ -1,7 +1,7 @@
 """Access to a dataset: runs of a case, all events of all cases, flat tables."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Final
@@ -65,27 +65,33 @@ def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] |
     unknown id."""
     group = read_groups(root)[name]
     numbers = {label: number for number, label in enumerate(group[name].values.tolist())}
-    if not all(isinstance(each, str) and each for each in ids):
+    if not all(isinstance(label, str) and label for label in ids):
         return None
-    if strangers := [each for each in ids if each not in numbers]:
+    if strangers := [label for label in ids if label not in numbers]:
         raise ValueError(
             f"{name} {strangers[0]}: not in the group of this dataset: join datasets with nanoslip.concat, "
             f"not xarray's functions"
         )
-    return {
-        sample: [slice(int(first[numbers[each]]), int(first[numbers[each] + 1])) for each in ids]
-        for sample, first in variables.windows(group, variables.all_groups()[name]).items()
-    }
+    runs = [numbers[label] for label in ids]
+    boundaries = variables.windows(group, variables.all_groups()[name])
+    return {sample: _run_slices(starts, runs) for sample, starts in boundaries.items()}
+
+
+def _run_slices(starts: NDArray[np.int64], runs: Iterable[int]) -> list[slice]:
+    """The part of a sample dimension that each run takes. starts: of every run, then the end of the last one."""
+    return [slice(int(starts[run]), int(starts[run + 1])) for run in runs]
 
 
 def lay_along_si(root: xr.Dataset) -> xr.Dataset:
     """A dataset whose cases lie along the lengths and loads in SI, `normal_load_si` for `normal_load`. Raises ValueError."""
-    twins = {name: twin.name for name, twin in variables.si_coordinates().items() if twin.name in root.coords}
+    names = {name: twin.name for name, twin in variables.si_coordinates().items()}
+    twins = {name: twin for name, twin in names.items() if twin in root.coords}
     if not twins:
         raise ValueError("si = True: lengths and loads in SI need a campaign with [scales]")
-    found = root.swap_dims({name: twin for name, twin in twins.items() if name in root.dims})
-    found.set_close(root.close)
-    return found
+    along = {name: twin for name, twin in twins.items() if name in root.dims}
+    dataset = root.swap_dims(along)
+    dataset.set_close(root.close)
+    return dataset
 
 
 # What the members of each case have, behind the means.
@@ -102,12 +108,19 @@ def read_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
         held = groups.get(group_name)
         if held is None or MEMBER not in group.samples or name not in held or not rows.has(group.id.name):
             continue
-        first = variables.windows(held, group)[MEMBER]
-        number = {label: place for place, label in enumerate(held[group_name].values.tolist())}
-        places = [number.get(label) for label in rows.values(group.id.name).tolist()]
+        starts = variables.windows(held, group)[MEMBER]
+        numbers = {label: number for number, label in enumerate(held[group_name].values.tolist())}
+        runs = [numbers.get(label) for label in rows.values(group.id.name).tolist()]
         values = held[name].values
-        return [values[:0] if place is None else values[first[place] : first[place + 1]] for place in places]
+        return [_member_values(values, starts, run) for run in runs]
     return [np.array([value]) for value in rows.values(name)]
+
+
+def _member_values(values: NDArray[Any], starts: NDArray[np.int64], run: int | None) -> NDArray[Any]:
+    """The values of the members of a run; none without a run."""
+    if run is None:
+        return values[:0]
+    return values[starts[run] : starts[run + 1]]
 
 
 # `dataset.nanoslip`: records, trajectories, contacts and events of a dataset, each with its case's scalars.
@@ -152,7 +165,7 @@ class Accessor:
         >>> data.nanoslip.record(radius=200).event_force_after.plot(x="displacement")  # doctest: +SKIP
         """
         run, case = read_run(self._dataset, "record", selection)
-        return _dropping(_with(run, case)).assign_coords(event=_numbers(run.sizes["event"]))
+        return _dropping(_add_case(run, case)).assign_coords(event=_numbers(run.sizes["event"]))
 
     def teeth(self, **selection: Any) -> xr.Dataset:
         """F/W of a case as a line over `point`, with the coordinate `displacement`: both sides of each drop of its
@@ -166,13 +179,12 @@ class Accessor:
         displacement = np.repeat(run["displacement"].values, 2)
         if case.get(variables.MEMBERS.name, 1) == 1:
             start, end, last = (case[name].item() for name in ("initial_force", "final_force", "final_displacement"))
-            force, displacement = np.concatenate(([start], force, [end])), np.concatenate(([0.0], displacement, [last]))
+            force = np.concatenate(([start], force, [end]))
+            displacement = np.concatenate(([0.0], displacement, [last]))
         words = {"long_name": "friction force over load", "units": "1", "symbol": "F/W"}
-        found = xr.Dataset(
-            {"friction_force": ("point", force, words)},
-            {"displacement": ("point", displacement, run["displacement"].attrs)},
-        )
-        return _with(found, case)
+        along = ("point", displacement, run["displacement"].attrs)
+        line = xr.Dataset({"friction_force": ("point", force, words)}, {"displacement": along})
+        return _add_case(line, case)
 
     def events(self, **selection: Any) -> xr.Dataset:
         """All events of all cases that are selected over `event`: one long table, for `to_dataframe()`.
@@ -180,7 +192,7 @@ class Accessor:
         The cases' parameters that vary are coordinates along `event`, as are `case_id` and the number in the record,
         `event_number`. Cases without a record have no rows.
         """
-        return _dropping(self._joined("record", "event", selection))
+        return _dropping(self._join_runs("record", "event", selection))
 
     def event_sizes(self, size: str = "slips", **selection: Any) -> xr.Dataset:
         """A size of the events of all members of a case, in bins of equal ratio, over `bin` with the coordinate
@@ -192,25 +204,25 @@ class Accessor:
         if size not in SIZES:
             raise KeyError(f"size = {size!r}: needs one of {', '.join(SIZES)}")
         there = np.flatnonzero(run["bin_of"].values == list(SIZES).index(size))
-        return _with(run.isel(bin=there).drop_vars("bin_of"), case)
+        return _add_case(run.isel(bin=there).drop_vars("bin_of"), case)
 
     def trajectory(self, **selection: Any) -> xr.Dataset:
         """The motion of the pin of a case and drive over `sample` with the coordinate `time`; its slips over
         `slip_phase`."""
-        return _with(*read_run(self._dataset, "trajectory", selection))
+        return _add_case(*read_run(self._dataset, "trajectory", selection))
 
     def samples(self, **selection: Any) -> xr.Dataset:
         """All samples of the motion in all cases and drives that are selected over `sample`: one long table, as `events`."""
-        return self._joined("trajectory", "sample", selection)
+        return self._join_runs("trajectory", "sample", selection)
 
     def path(self, **selection: Any) -> xr.Dataset:
         """The path of pin and load of a case: F/W over `path_point` with `path_displacement`, its legs over
         `turn`."""
-        return _with(*read_run(self._dataset, "path", selection))
+        return _add_case(*read_run(self._dataset, "path", selection))
 
     def paths(self, **selection: Any) -> xr.Dataset:
         """All points of the paths of all cases that are selected over `path_point`: one long table, as `events`."""
-        return self._joined("path", "path_point", selection)
+        return self._join_runs("path", "path_point", selection)
 
     def contact(self, event: int | None = None, **selection: Any) -> xr.Dataset:
         """Pressure, shear, slip and gap of a case's surface nodes, with the coordinate `x`.
@@ -218,7 +230,7 @@ class Accessor:
         event: number of the event after which the contact is shown; 0 is initial contact. None: all stored contacts,
             over `event` if there are several.
         """
-        return self._seen("contact", event, selection)
+        return self._node_run("contact", event, selection)
 
     def row(self, **selection: Any) -> xr.Dataset:
         """Contact of a case after all its events; on a plane of nodes the row with the largest pressure."""
@@ -227,14 +239,16 @@ class Accessor:
             return seen
         pressure = seen["pressure"].transpose(..., "contact_node").values
         y = seen["y"].values
-        return seen.isel(contact_node=np.flatnonzero(y == y[int(pressure.reshape(-1, len(y)).max(axis=0).argmax())]))
+        largest = pressure.reshape(-1, len(y)).max(axis=0)  # of all events and members, at each node
+        row = y[int(largest.argmax())]
+        return seen.isel(contact_node=np.flatnonzero(y == row))
 
     def interior(self, event: int | None = None, **selection: Any) -> xr.Dataset:
         """Displacements and stresses of the nodes inside a case's slab, with the coordinates `x` and `z`; `event` as
         in `contact`."""
-        return self._seen("interior", event, selection)
+        return self._node_run("interior", event, selection)
 
-    def _seen(self, name: str, event: int | None, selection: Selection) -> xr.Dataset:
+    def _node_run(self, name: str, event: int | None, selection: Selection) -> xr.Dataset:
         run, case = read_run(self._dataset, name, selection)
         dim = f"{name}_node"
         of_nodes = run["event"].values
@@ -244,29 +258,30 @@ class Accessor:
         wanted = there if event is None else [event]
         parts = [run.drop_vars("event").isel({dim: np.flatnonzero(of_nodes == each)}) for each in wanted]
         if len(parts) == 1:
-            return _with(parts[0].assign_coords(event=wanted[0]), case)
+            return _add_case(parts[0].assign_coords(event=wanted[0]), case)
         over = xr.concat(parts, "event", coords="minimal", compat="override", data_vars="all")
-        return _with(over.assign_coords(event=("event", wanted, run["event"].attrs)), case)
+        return _add_case(over.assign_coords(event=("event", wanted, run["event"].attrs)), case)
 
-    def _joined(self, name: str, sample: str, selection: Selection) -> xr.Dataset:
+    def _join_runs(self, name: str, sample: str, selection: Selection) -> xr.Dataset:
         """Concatenate the runs of a group, with the parameters that vary and the number within a run as coordinates."""
-        found = select_rows(self._dataset, run_id_name(self._dataset, name), selection)
-        ids = found.values(run_id_name(self._dataset, name))
-        here = np.array([isinstance(each, str) and each != "" for each in ids], np.bool_)
+        rows = select_rows(self._dataset, run_id_name(self._dataset, name), selection)
+        ids = rows.values(run_id_name(self._dataset, name))
+        here = np.array([isinstance(label, str) and label != "" for label in ids], np.bool_)
         group = read_groups(self._dataset)[name]
-        names = [each for each in group.variables if group[each].dims == (sample,)]
+        names = [variable for variable in group.variables if group[variable].dims == (sample,)]
         if not names:
             raise ValueError(f"this dataset has no {sample}s: its campaign leaves them out (see [outputs])")
-        slices = (cut(self._dataset, name, ids[here].tolist()) or {}).get(sample, [])
-        counts = [each.stop - each.start for each in slices]
-        places = np.concatenate([np.arange(0), *(np.arange(each.start, each.stop) for each in slices)])
-        table = group[names].isel({sample: places})
-        table = table.drop_vars([each for each in table.coords if each not in names])
-        labels = {
-            each: (sample, np.repeat(found.values(each)[here], counts), self._dataset[each].attrs)
-            for each in _varying(self._dataset)
-            if found.has(each)
-        }
+        runs = cut(self._dataset, name, ids[here].tolist()) or {}
+        slices = runs.get(sample, [])
+        counts = [run.stop - run.start for run in slices]
+        stretches = [np.arange(run.start, run.stop) for run in slices]
+        table = group[names].isel({sample: np.concatenate([np.arange(0), *stretches])})
+        table = table.drop_vars([coordinate for coordinate in table.coords if coordinate not in names])
+        labels: dict[str, Any] = {}
+        for parameter in _varying(self._dataset):
+            if rows.has(parameter):
+                values = np.repeat(rows.values(parameter)[here], counts)
+                labels[parameter] = (sample, values, self._dataset[parameter].attrs)
         numbers = np.concatenate([np.arange(0), *map(_numbers, counts)])
         labels[f"{sample}_number"] = (sample, numbers, {"long_name": f"number of the {sample}"})
         return table.assign_coords(labels)
@@ -296,23 +311,26 @@ def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     for name in MAIN:
         if name in root and bool(root[name].notnull().any()):
             ends = dict.fromkeys(f"{float(end):.4g}" for end in (root[name].min(), root[name].max()))
-            units = {"1": ""}.get(unit := str(root[name].attrs.get("units", "1")), f" {unit}")
-            yield name, " to ".join(ends) + units
+            unit = str(root[name].attrs.get("units", "1"))
+            yield name, " to ".join(ends) + ("" if unit == "1" else f" {unit}")
     try:
         yield "groups", ", ".join(name for name in read_groups(root) if name != variables.SOFTWARE[0].name) or "none"
     except LostGroupsError:
         yield "groups", "lost"
     facts = {"by": "creator_name", "licence": "license", "nanoslip": "nanoslip_version", "commit": "source_commit"}
-    yield from ((name, str(root.attrs[key])) for name, key in facts.items() if root.attrs.get(key))
+    for name, key in facts.items():
+        if root.attrs.get(key):
+            yield name, str(root.attrs[key])
 
 
 def _dropping(run: xr.Dataset) -> xr.Dataset:
     """Events with the drop of friction force in each."""
     before, after = (run[name].values for name in FRICTION)
-    return run.assign({variables.EVENT_DROP.name: ("event", drops(before, after), attributes(variables.EVENT_DROP))})
+    losses = ("event", drops(before, after), attributes(variables.EVENT_DROP))
+    return run.assign({variables.EVENT_DROP.name: losses})
 
 
-def _with(run: xr.Dataset, case: xr.Dataset) -> xr.Dataset:
+def _add_case(run: xr.Dataset, case: xr.Dataset) -> xr.Dataset:
     """A run with its case's parameters as coordinates, its scalars as variables."""
     apart = run.variables.keys() | variables.run_names()
     own = {name: each for name, each in case.variables.items() if name not in apart}
@@ -353,7 +371,9 @@ def case_columns(root: xr.Dataset, table: str | None = None) -> list[Column]:
         return _long(_TABLES[table](Accessor(root)))
     rows = case_rows(root)
     names = dict.fromkeys([*rows.sizes, *root.coords, *root.data_vars])
-    return [_column(root[name], rows) for name in names if rows.has(name) and name not in variables.run_names()]
+    runs = variables.run_names()
+    columns = [name for name in names if rows.has(name) and name not in runs]
+    return [_column(root[name], rows) for name in columns]
 
 
 def _long(table: xr.Dataset) -> list[Column]:

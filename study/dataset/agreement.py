@@ -33,7 +33,8 @@ def same_bits(one: NDArray[Any], other: NDArray[Any]) -> Any:
     """Compare the bits of two arrays of equal shape, element by element. All NaN are equal, but -0.0 is not 0.0."""
     if not (real(one) and real(other)):
         return one == other
-    return (np.isnan(one) & np.isnan(other)) | ((one == other) & (np.signbit(one) == np.signbit(other)))
+    equal = (one == other) & (np.signbit(one) == np.signbit(other))
+    return equal | (np.isnan(one) & np.isnan(other))
 
 
 def identical(one: NDArray[Any], other: NDArray[Any]) -> bool:
@@ -163,7 +164,7 @@ class Runs:
 
     def __init__(self, group: variables.Group, both: Sequence[xr.Dataset]) -> None:
         self.group, self._both = group, both
-        self._numbers = [{name: number for number, name in enumerate(each[group.name].values)} for each in both]
+        self._numbers = [_number_runs(root[group.name].values) for root in both]
         self._windows = [variables.windows(each, group) for each in both]
 
     def owners(self, kept: str, now: str) -> list[Difference]:
@@ -174,7 +175,7 @@ class Runs:
         if kept not in self._numbers[0]:
             return [odd(self.group.id.name, f"{kept} is not in the group {self.group.name}")]
         whole = [slice(at, at + 1) for at in self._places(kept, now)]
-        return self._compared([each.name for each in self.group.owners], self.group.name, whole)
+        return self._compare_variables([owner.name for owner in self.group.owners], self.group.name, whole)
 
     def columns(self, kept: str, now: str, rounding: float = ROUNDING) -> list[Difference]:
         """Compare two runs column by column, over the largest magnitude in the same unit; empty if one of them is missing.
@@ -187,22 +188,27 @@ class Runs:
         for sample in self._windows[1]:
             names = [name for name, quantity in self.group.columns.items() if quantity.along == sample]
             pairs = zip(self._windows, self._places(kept, now), strict=True)
-            slices = [slice(*each[sample][at : at + 2].tolist()) if sample in each else slice(0) for each, at in pairs]
-            found += self._compared(names, sample, slices, self._scales(names, sample, slices[1]), rounding)
+            slices = [_run_slice(boundaries, sample, run) for boundaries, run in pairs]
+            scales = self._scales(names, sample, slices[1])
+            found += self._compare_variables(names, sample, slices, scales, rounding)
         return found
 
     def _scales(self, names: Sequence[str], dim: str, run: slice) -> dict[str, float]:
         """Column -> largest magnitude of a recomputed run among the columns in its unit; places and times have their own."""
         group, declared = self._both[1], self.group.columns
         floats = [name for name in names if name in group.variables and real(group.variables[name])]
-        own = {name: magnitude(group.variables[name].isel({dim: run}).values) for name in floats}
-        units = {name: name if declared[name].coordinate else _unit_key(declared[name]) for name in own}
-        return {name: max(size for other, size in own.items() if units[other] == units[name]) for name in own}
+        sizes = {name: magnitude(group.variables[name].isel({dim: run}).values) for name in floats}
+        units = {name: name for name in sizes}
+        units |= {name: _unit_key(declared[name]) for name in sizes if not declared[name].coordinate}
+        largest: dict[str, float] = {}
+        for name, size in sizes.items():
+            largest[units[name]] = max(largest.get(units[name], size), size)
+        return {name: largest[units[name]] for name in sizes}
 
     def _places(self, *names: str) -> list[int]:
         return [numbers[name] for numbers, name in zip(self._numbers, names, strict=True)]
 
-    def _compared(
+    def _compare_variables(
         self,
         names: Sequence[str],
         dim: str,
@@ -211,18 +217,27 @@ class Runs:
         rounding: float = ROUNDING,
     ) -> list[Difference]:
         """Compare the variables of these names that both have, within these slices."""
-        (found, again), (here, there) = self._both, ({dim: at} for at in slices)
-        common = (name for name in names if name in found.variables and name in again.variables)
-        return [
-            compare_values(
-                name,
-                found.variables[name].isel(here).values,
-                again.variables[name].isel(there).values,
-                scales.get(name),
-                rounding,
-            )
-            for name in common
-        ]
+        (kept, now), (here, there) = self._both, ({dim: run} for run in slices)
+        differences = []
+        for name in names:
+            if name in kept.variables and name in now.variables:
+                one = kept.variables[name].isel(here).values
+                other = now.variables[name].isel(there).values
+                differences.append(compare_values(name, one, other, scales.get(name), rounding))
+        return differences
+
+
+def _number_runs(names: Iterable[str]) -> dict[str, int]:
+    """Name of a run -> its place in the group."""
+    return {name: number for number, name in enumerate(names)}
+
+
+def _run_slice(boundaries: Mapping[str, NDArray[np.int64]], sample: str, run: int) -> slice:
+    """The samples of a run along a dimension; none in a group without the dimension."""
+    if sample not in boundaries:
+        return slice(0)
+    start, stop = boundaries[sample][run : run + 2].tolist()
+    return slice(start, stop)
 
 
 def _unit_key(quantity: Quantity) -> str:

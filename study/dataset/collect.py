@@ -85,32 +85,37 @@ def case_layout(manifest: Manifest) -> Layout:
     Drives lie along `drive`, where there are several tables of them, and along the drive axes of several values.
     """
     names = tuple(dict.fromkeys(drive.name for drive in manifest.drives))
-    drive_axes = {name: each for name, each in {"drive": names, **manifest.drive_axes}.items() if len(each) > 1}
-    points = {drive.label: {"drive": drive.name, **drive.point} for drive in manifest.drives}
-    position = {
-        label: tuple(drive_axes[name].index(point[name]) for name in drive_axes) for label, point in points.items()
-    }
+    settings = {"drive": names, **manifest.drive_axes}
+    drive_axes = {name: values for name, values in settings.items() if len(values) > 1}
+    position: dict[str, tuple[int, ...]] = {}
+    for drive in manifest.drives:
+        point = {"drive": drive.name, **drive.point}
+        position[drive.label] = tuple(drive_axes[name].index(point[name]) for name in drive_axes)
     if manifest.design != "product":
         return Layout({"case": tuple(range(manifest.case_count))}, ("case",), drive_axes, position)
-    values = {**{name: (value,) for name, value in common_labels(manifest).standard.items()}, **manifest.axes}
+    common = {name: (value,) for name, value in common_labels(manifest).standard.items()}
+    values = {**common, **manifest.axes}
     further = (name for name in manifest.axes if name not in STANDARD)
     axes = {name: tuple(values[name]) for name in (*STANDARD, *further)}
-    order = tuple(dict.fromkeys([*(name for name in manifest.axes if name in axes), *axes]))
+    varying = [name for name in manifest.axes if name in axes]
+    order = tuple(dict.fromkeys([*varying, *axes]))
     return Layout(axes, order, drive_axes, position)
 
 
 def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
     """The drives' names and settings: an axis of drives along itself, other settings along the axes with which they vary."""
     found: dict[str, Any] = {}
-    points = {layout.drive_position[each.label]: {"drive": each.name, **each.settings} for each in manifest.drives}
+    points: dict[tuple[int, ...], dict[str, Any]] = {}
+    for drive in manifest.drives:
+        points[layout.drive_position[drive.label]] = {"drive": drive.name, **drive.settings}
     for name in ("drive", *parameters()) if points else ():
         label = variables.DRIVE_NAME if name == "drive" else parameters()[name]
         if name in layout.drive_axes:
             found[name] = (name, label_array(layout.drive_axes[name]), attributes(label))
             continue
-        given = {position: point.get(name) for position, point in points.items()}
-        if any(value is not None for value in given.values()):
-            found[name] = (*_spread(given, layout.drive_axes), attributes(label))
+        values = {position: point.get(name) for position, point in points.items()}
+        if any(value is not None for value in values.values()):
+            found[name] = (*_spread(values, layout.drive_axes), attributes(label))
     return found
 
 
@@ -141,54 +146,67 @@ def label_array(values: Sequence[Any]) -> NDArray[Any]:
 def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layout) -> dict[str, Any]:
     """Parameters along their dimension, over the cases where they vary, else once; none that changes no result."""
     dims, places = tuple(layout.axes), layout.places
-    found: dict[str, Any] = {
-        name: (name, label_array(values), attributes(_parameter(name))) for name, values in layout.axes.items()
-    }
-    ids = _at(places, [case.case_id for case in cases])
+    found: dict[str, Any] = {}
+    for name, labels in layout.axes.items():
+        found[name] = (name, label_array(labels), attributes(_parameter(name)))
+    ids = _arrange(places, [case.case_id for case in cases])
     found["case_id"] = (dims, ids.reshape(layout.shape), attributes(variables.CASE_ID))
-    kinds = task_kinds(manifest)
-    exclusions = OF_ALL if "record" in kinds else OF_PATH if "path" in kinds else OF_CONTACT
+    exclusions = _exclusions(task_kinds(manifest))
     files = [name for name in file_parameters() if name in manifest.axes]
     names = [name for name in (*parameters(), *files) if name not in layout.axes]
     able = sum(case.case is not None for case in cases)
     along = {*manifest.axes, *STANDARD} if "case" in dims else ()
     rows = [_values(case, names, exclusions) for case in cases]
     for name, values in zip(names, zip(*rows, strict=True), strict=True):
-        there = [value for value in values if value is not None]
-        if there:
-            once = len(set(there)) == 1 and len(there) >= able and name not in along
-            placed = ((), there[0]) if once else (dims, _at(places, values).reshape(layout.shape))
-            found[name] = (*placed, attributes(_parameter(name)))
-    return found | _in_si(manifest, found) | drive_coordinates(manifest, layout)
+        present = [value for value in values if value is not None]
+        if not present:
+            continue
+        about = attributes(_parameter(name))
+        if len(set(present)) == 1 and len(present) >= able and name not in along:
+            found[name] = ((), present[0], about)
+        else:
+            found[name] = (dims, _arrange(places, values).reshape(layout.shape), about)
+    return found | _si_twins(manifest, found) | drive_coordinates(manifest, layout)
 
 
-def _in_si(manifest: Manifest, found: Mapping[str, Any]) -> dict[str, Any]:
+def _exclusions(kinds: frozenset[str]) -> tuple[Exclusion, ...]:
+    """What says which parameters change no result of a campaign with these kinds of task."""
+    if "record" in kinds:
+        return OF_ALL
+    return OF_PATH if "path" in kinds else OF_CONTACT
+
+
+def _si_twins(manifest: Manifest, found: Mapping[str, Any]) -> dict[str, Any]:
     """Coordinates with lengths and loads in m and N beside the others, if a campaign gives scales."""
-    if (scales := manifest.stated_scales) is None:
+    scales = manifest.stated_scales
+    if scales is None:
         return {}
-    sizes = {name: getattr(scales, parameters_of_a_case()[name].scale) for name in si_coordinates()}
-    given = {name: found[name] for name in sizes if name in found}
-    return {
-        si_coordinates()[name].name: (dims, np.asarray(values, float) * sizes[name], attributes(si_coordinates()[name]))
-        for name, (dims, values, _) in given.items()
-    }
+    coordinates = {}
+    for name, twin in si_coordinates().items():
+        if name in found:
+            dims, values, _ = found[name]
+            scale = getattr(scales, parameters_of_a_case()[name].scale)
+            coordinates[twin.name] = (dims, np.asarray(values, float) * scale, attributes(twin))
+    return coordinates
 
 
 def _values(case: CampaignCase, names: Sequence[str], exclusions: tuple[Exclusion, ...]) -> tuple[Any, ...]:
     """Requested parameters of a case; None for a parameter that changes no result."""
     if case.case is None:
         return tuple(map(case.parameters.get, names))
-    named = {name: value for name, value in case.parameters.items() if isinstance(value, FileName)}
-    without, given = ineffective_parameters(case.case, exclusions), {**case.case.flat, **named}
-    return tuple([None if name in without else given.get(name) for name in names])
+    files = {name: value for name, value in case.parameters.items() if isinstance(value, FileName)}
+    ineffective = ineffective_parameters(case.case, exclusions)
+    settings = {**case.case.flat, **files}
+    effective = {name: value for name, value in settings.items() if name not in ineffective}
+    return tuple(map(effective.get, names))
 
 
-def _at(places: NDArray[np.intp], values: Sequence[Any]) -> NDArray[Any]:
+def _arrange(places: NDArray[np.intp], values: Sequence[Any]) -> NDArray[Any]:
     """Arrange values at their places; None is a missing value."""
-    given = label_array(values)
-    found = np.empty(len(values), np.int64 if given.dtype == np.bool_ else given.dtype)
-    found[places] = given
-    return found
+    labels = label_array(values)
+    arranged = np.empty(len(values), np.int64 if labels.dtype == np.bool_ else labels.dtype)
+    arranged[places] = labels
+    return arranged
 
 
 def _parameter(name: str) -> Quantity:
@@ -269,7 +287,8 @@ class CaseVariables:
             if kind != "compliance":
                 found.setdefault(name, []).append(result.origins or (NOBODY,))
         for name, parts in found.items():
-            self.put(variables.OUTCOMES[DRIVE if name else ""].computed_by.name, place, name, _names(tuple(parts)))
+            outcome = variables.OUTCOMES[DRIVE if name else ""]
+            self.put(outcome.computed_by.name, place, name, _names(tuple(parts)))
 
     def enter(self, place: int, case: Case, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
         """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""
@@ -299,8 +318,10 @@ class CaseVariables:
         for kind in (each for each in KINDS if each in kinds):
             apart = names_to_drop(KINDS[kind], manifest)
             for name, quantity in scalars(kind):
-                for own in (quantity, *quantity.beside) if name not in apart else ():
-                    self._declare(kind, own, "" if own.words else np.int32(0) if own.whole else np.nan)
+                if name in apart:
+                    continue
+                for variable in (quantity, *quantity.beside):
+                    self._declare(kind, variable, _empty_value(variable))
         for group in groups:
             self._declare(DRIVE if group.driven else "", group.id, "")
 
@@ -317,14 +338,16 @@ class CaseVariables:
         """Set the scalars of the waiting results, results with the same names and number of members together."""
         alike: dict[tuple[object, ...], list[_Row]] = {}
         for row in self._waiting[kind]:
-            alike.setdefault((len(next(iter(row.scalars.values()))), *row.scalars), []).append(row)
+            members = len(next(iter(row.scalars.values())))
+            alike.setdefault((members, *row.scalars), []).append(row)
         self._waiting[kind].clear()
         for rows in alike.values():
             self._enter_alike(kind, rows)
 
     def _enter_alike(self, kind: str, rows: Sequence[_Row]) -> None:
         """Set the scalars of these results, a variable after the other: means over the members, (results, members) each."""
-        numbers = np.array([list(row.scalars.values()) for row in rows], float).swapaxes(0, 1)
+        stated = [list(row.scalars.values()) for row in rows]
+        numbers = np.array(stated, float).swapaxes(0, 1)
         found = dict(zip(rows[0].scalars, numbers, strict=True))
         places = np.array([row.place for row in rows])
         if kind == "record":
@@ -346,11 +369,13 @@ class CaseVariables:
 
     def _enter_words(self, quantity: Quantity, places: NDArray[np.intp], numbers: NDArray[np.float64]) -> None:
         """Set the word of most members, empty if too few have one, and how many have each. numbers: (results, members)."""
-        counts = np.stack([(numbers == place).sum(axis=1) for place in range(len(quantity.words))])
-        for count, each in zip(counts, quantity.counts().values(), strict=True):
-            self._values[each.name][places] = count
+        tallies = [(numbers == word).sum(axis=1) for word in range(len(quantity.words))]
+        counts = np.stack(tallies)
+        for count, variable in zip(counts, quantity.counts().values(), strict=True):
+            self._values[variable.name][places] = count
         most = np.array(quantity.words, object)[counts.argmax(axis=0)]
-        self._values[quantity.name][places] = np.where(counts.sum(axis=0) >= fewest_members(numbers.shape[1]), most, "")
+        enough = counts.sum(axis=0) >= fewest_members(numbers.shape[1])
+        self._values[quantity.name][places] = np.where(enough, most, "")
 
 
 @lru_cache
@@ -366,14 +391,26 @@ def _names(parts: tuple[Origins, ...]) -> str:
 # Software that computed the results of a dataset.
 
 
+def _empty_value(variable: Quantity) -> Any:
+    """What a variable holds of a case without a result."""
+    if variable.words:
+        return ""
+    return np.int32(0) if variable.whole else np.nan
+
+
 def software_group(counts: Mapping[Origin, int]) -> xr.Dataset:
     """The software that computed the results, one origin each."""
     origins = sorted(counts)
     results = np.array([counts[origin] for origin in origins], np.int64)
     facts = ("name", *(item.name for item in fields(Origin)))
-    names, *others = (texts(getattr(each, name) for each in origins) for name in facts)
+    names, *others = (_origin_texts(origins, fact) for fact in facts)
     columns = zip(variables.SOFTWARE, (names, results, *others), strict=True)
-    return xr.Dataset({each.name: (variables.SOFTWARE[0].name, values, attributes(each)) for each, values in columns})
+    dim = variables.SOFTWARE[0].name
+    return xr.Dataset({variable.name: (dim, values, attributes(variable)) for variable, values in columns})
+
+
+def _origin_texts(origins: Sequence[Origin], fact: str) -> NDArray[Any]:
+    return texts(getattr(origin, fact) for origin in origins)
 
 
 def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
@@ -383,7 +420,8 @@ def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
         values: Counter[str] = Counter()
         for origin, count in counts.items():
             values[getattr(origin, item.name)] += count
-        several = [f"{value} ({count} results)" for value, count in sorted(values.items(), key=lambda v: (-v[1], v[0]))]
+        frequent = sorted(values.items(), key=lambda pair: (-pair[1], pair[0]))
+        several = [f"{value} ({count} results)" for value, count in frequent]
         found[item.name] = ", ".join(several if len(several) > 1 else values) or "nothing is computed yet"
     mixed = mixture(counts)
     return {**found, MIXED: mixed} if mixed else found
@@ -412,7 +450,12 @@ class Finished:
 
     def outcomes(self, keys: CaseTasks) -> dict[str, Outcome]:
         """Outcomes of the tasks of a case whose results were taken."""
-        return {key: each[key] for key in keys.values() for each in (self._lost, self._known) if key in each}
+        outcomes = {}
+        for key in keys.values():
+            for source in (self._lost, self._known):
+                if key in source:
+                    outcomes[key] = source[key]
+        return outcomes
 
 
 def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Dataset:
@@ -434,13 +477,16 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
             table.enter_outcome(place, drive_outcome(plan, case, drive, outcomes), drive.label)
         table.enter_software(place, results)
         if case.case is not None:
-            by = {name: variables.factors(case.case, manifest.scales, drives.get(name)) for _, name in results}
+            names = {name for _, name in results}
+            by = {name: variables.factors(case.case, manifest.scales, drives.get(name)) for name in names}
             for (_, name), result in results.items():
                 table.enter(place, case.case, name, result, by[name])
             for each in runs:
                 for name in drives if each.group.driven else ("",):
-                    if parts := [found for kind in each.group.kinds if (found := results.get((kind, name)))]:
-                        table.put(each.group.id.name, place, name, each.add(parts, by[name], case.case_id, name))
+                    parts = [results[kind, name] for kind in each.group.kinds if (kind, name) in results]
+                    if parts:
+                        run = each.add(parts, by[name], case.case_id, name)
+                        table.put(each.group.id.name, place, name, run)
         heard(number)
     counts = census(origins.values())  # a result counts once, however many cases share it
     root = xr.Dataset(table.variables(), coordinates(manifest, plan.cases, layout), _attributes(manifest, counts))
@@ -450,14 +496,19 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
 
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
     meanwhile = folder if os.access(folder, os.W_OK) else None
+    runs = []
+    for group in variables.all_groups().values():
+        series = _requested_series(group, manifest)
+        if series:
+            runs.append(Runs(Group(group.name, series), meanwhile))
+    return runs
+
+
+def _requested_series(group: Group, manifest: Manifest) -> tuple[Series, ...]:
+    """The series of a group that a campaign computes and requests, with the columns that it requests."""
     kinds = task_kinds(manifest)
-    wanted = {
-        group.name: tuple(
-            _drop_unrequested(each, manifest) for each in group.series if each.kind in kinds and each.wanted(manifest)
-        )
-        for group in variables.all_groups().values()
-    }
-    return [Runs(Group(name, series), meanwhile) for name, series in wanted.items() if series]
+    requested = [series for series in group.series if series.kind in kinds and series.wanted(manifest)]
+    return tuple(_drop_unrequested(series, manifest) for series in requested)
 
 
 def _drop_unrequested(series: Series, manifest: Manifest) -> Series:
@@ -490,8 +541,9 @@ def member_flags(case: Case, result: TaskResult) -> int | None:
     """
     if result.kind not in ("contact", "record", "path"):
         return None
-    members = zip(*(result.scalars.get(name, ()) for name in ("validity_flags", "contact_half_width")), strict=True)
-    reached = [int(flags) for flags, width in members if not (math.isnan(flags) or math.isnan(width))]
+    flags, widths = (result.scalars.get(name, ()) for name in ("validity_flags", "contact_half_width"))
+    members = zip(flags, widths, strict=True)
+    reached = [int(bits) for bits, width in members if not (math.isnan(bits) or math.isnan(width))]
     return reduce(or_, reached) if reached else encode_flags(predict_flags(case))
 
 
@@ -543,7 +595,8 @@ def _count_finished(
     """Number of finished cases or drives, and of all, among these cases; None: among all cases."""
     among = xr.ones_like(dataset["case_id"], bool) if cases is None else dataset["case_id"].isin(cases)
     counted = ~dataset[ending].isin(unfinished) & among
-    return int(counted.sum()), int((among & xr.ones_like(dataset[ending], bool)).sum())
+    everything = among & xr.ones_like(dataset[ending], bool)
+    return int(counted.sum()), int(everything.sum())
 
 
 # A dataset's file that is up to date with the results on disk is not collected again.
@@ -570,7 +623,7 @@ def is_current_dataset(path: Path, store: Store, expected: str) -> bool:
     """
     try:
         said = json.loads(files.read_bytes(store.folder / NOTE))
-        return bool(said == _state_of(path, expected)) or (said["made_of"] == expected and is_edited(path))
+        return bool(said == _file_state(path, expected)) or (said["made_of"] == expected and is_edited(path))
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return False
 
@@ -578,8 +631,8 @@ def is_current_dataset(path: Path, store: Store, expected: str) -> bool:
 def write_state(path: Path, store: Store, made: str) -> None:
     """Record the results that the file was made of; without the record it is collected again next time."""
     with suppress(OSError):
-        files.write_whole(store.folder / NOTE, [json.dumps(_state_of(path, made)).encode()])
+        files.write_whole(store.folder / NOTE, [json.dumps(_file_state(path, made)).encode()])
 
 
-def _state_of(path: Path, made: str) -> dict[str, object]:
+def _file_state(path: Path, made: str) -> dict[str, object]:
     return {"made_of": made, "seal": read_seal(path), "bytes": path.stat().st_size}

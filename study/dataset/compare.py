@@ -1,7 +1,7 @@
 """Compare two datasets: shared numbers have the same bits, agree within uncertainties, or differ."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Final
 
@@ -53,22 +53,36 @@ class Matched:
 
 def match_rows(pair: Pair, kind: str) -> Matched:
     """Match the rows of cases ("") or drives that both datasets have. Raises NotComparableError if rows are ambiguous."""
-    one, other = (case_rows(root, variables.OUTCOMES[kind].ending.name) for root in pair)
+    ending = variables.OUTCOMES[kind].ending.name
+    one, other = (case_rows(root, ending) for root in pair)
     known = (*variables.parameters(), variables.DRIVE_NAME.name)
-    names = [name for name in known if any(row.has(name) and len(values(row.root, name)) > 1 for row in (one, other))]
+    names = [name for name in known if _has_several(one, name) or _has_several(other, name)]
     here, there = _places(one, names), _places(other, names)
-    endings = [rows.values(variables.OUTCOMES[kind].ending.name) for rows in (one, other)]
-    shared = [(key, (place, there[key])) for key, place in here.items() if key in there]
-    done = [(key, at) for key, at in shared if not {endings[0][at[0]], endings[1][at[1]]} & set(NOTHING_KNOWN)]
-    at = np.array([places for _, places in done], np.int64).reshape(-1, 2)
-    only = [tuple(dict(key) for key in mine if key not in theirs) for mine, theirs in ((here, there), (there, here))]
-    return Matched(
-        kind,
-        tuple(dict(key) for key, _ in done),
-        (one.at(at[:, 0]), other.at(at[:, 1])),
-        (only[0], only[1]),
-        len(shared) - len(done),
-    )
+    ours, theirs = one.values(ending), other.values(ending)
+    shared = {key: (place, there[key]) for key, place in here.items() if key in there}
+    done = {}
+    for key, (left, right) in shared.items():
+        if not {ours[left], theirs[right]} & set(NOTHING_KNOWN):
+            done[key] = (left, right)
+    at = np.array(list(done.values()), np.int64).reshape(-1, 2)
+    labels = tuple(dict(key) for key in done)
+    both = (one.at(at[:, 0]), other.at(at[:, 1]))
+    only = (_missing_rows(here, there), _missing_rows(there, here))
+    return Matched(kind, labels, both, only, len(shared) - len(done))
+
+
+_Key = tuple[tuple[str, Value], ...]
+"""Names and values of the parameters of a row."""
+
+
+def _has_several(rows: CaseRows, name: str) -> bool:
+    """True if a parameter of the rows has several values in the dataset."""
+    return rows.has(name) and len(values(rows.root, name)) > 1
+
+
+def _missing_rows(mine: Iterable[_Key], theirs: Container[_Key]) -> tuple[dict[str, Value], ...]:
+    """Parameters of the rows that the other dataset does not have."""
+    return tuple(dict(key) for key in mine if key not in theirs)
 
 
 def values(root: xr.Dataset, name: str) -> list[Value]:
@@ -77,10 +91,13 @@ def values(root: xr.Dataset, name: str) -> list[Value]:
     return list(dict.fromkeys(value for value in found if not _missing(value)))
 
 
-def _places(rows: CaseRows, names: Sequence[str]) -> dict[tuple[tuple[str, Value], ...], int]:
+def _places(rows: CaseRows, names: Sequence[str]) -> dict[_Key, int]:
     """Names and values of the parameters that a row has -> where it is."""
-    columns = [[(name, value) for value in rows.values(name).tolist()] for name in names if rows.has(name)]
-    keys = [tuple(each for column in columns if not _missing((each := column[row])[1])) for row in range(len(rows))]
+    columns = {name: rows.values(name).tolist() for name in names if rows.has(name)}
+    keys: list[_Key] = []
+    for row in range(len(rows)):
+        pairs = [(name, column[row]) for name, column in columns.items()]
+        keys.append(tuple(pair for pair in pairs if not _missing(pair[1])))
     found = {key: place for place, key in enumerate(keys)}
     if len(found) < len(keys):
         raise NotComparableError(f"cases are not told apart by {', '.join(names) or 'any parameter'}")
@@ -125,18 +142,23 @@ class Observed:
 def uncertain_numbers(found: Matched) -> Iterator[Observed]:
     """Every number that states an uncertainty, and every word, of the shared cases or drives."""
     for name in _names(found):
-        if _judged(found, name):
-            scale = max(magnitude(root[name].values) for root in found.roots) if _number(found, name) else 0.0
-            beside = (name, f"{name}_uncertainty", variables.MEMBERS.name)
-            columns = (zip(*(_column(rows, each) for rows in found.both), strict=True) for each in beside)
-            for label, both, errors, members in zip(found.labels, *columns, strict=True):
-                yield Observed(label, name, both, *_verdict(both, errors, members, scale))
+        if not _judged(found, name):
+            continue
+        scale = 0.0
+        if _number(found, name):
+            scale = max(magnitude(root[name].values) for root in found.roots)
+        pairs = _paired_values(found, name)
+        errors = _paired_values(found, f"{name}_uncertainty")
+        members = _paired_values(found, variables.MEMBERS.name)
+        for label, both, error, count in zip(found.labels, pairs, errors, members, strict=True):
+            yield Observed(label, name, both, *_verdict(both, error, count, scale))
 
 
 def list_unjudged(found: Matched) -> tuple[list[str], list[str]]:
     """Numbers without uncertainty: numbers that differ in any shared case, and all others."""
     names = [name for name in _names(found) if not _judged(found, name)]
-    same = [name for name in names if identical(*(rows.values(name) for rows in found.both))]
+    one, other = found.both
+    same = [name for name in names if identical(one.values(name), other.values(name))]
     return [name for name in names if name not in same], same
 
 
@@ -146,7 +168,8 @@ def _names(found: Matched) -> list[str]:
     apart = variables.run_names() | {"advice"}
     apart |= {each.name for _, *others in variables.OUTCOMES.values() for each in others}
     shared = (str(name) for name in found.roots[0].data_vars if name not in apart)
-    both = [name for name in shared if all(rows.has(name) for rows in found.both)]
+    one, other = found.both
+    both = [name for name in shared if one.has(name) and other.has(name)]
     told = ("_uncertainty", "members", SHARED_ERROR)
     return [name for name in both if (name in driven) == bool(found.kind) and not name.endswith(told)]
 
@@ -163,12 +186,19 @@ _NUMBERS: Final = "fiub"
 """Kinds of types that are numbers."""
 
 
+def _paired_values(found: Matched, name: str) -> Iterator[tuple[Any, Any]]:
+    """The values of a variable in each shared row, of both datasets."""
+    one, other = (_column(rows, name) for rows in found.both)
+    return zip(one, other, strict=True)
+
+
 def _column(rows: CaseRows, name: str) -> list[Any]:
     """The values of a variable in the shared rows; NaN in a dataset that has no such variable."""
     if name not in rows.root:
         return [math.nan] * len(rows)
-    found: list[Any] = rows.values(name).tolist() if rows.root[name].dtype.kind in _NUMBERS else rows.tallies(name)
-    return found
+    if rows.root[name].dtype.kind in _NUMBERS:
+        return list(rows.values(name).tolist())
+    return list(rows.tallies(name))
 
 
 def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[float, float], scale: float) -> Judged:
@@ -223,17 +253,19 @@ def differing(pair: Pair) -> dict[str, tuple[str, str]]:
 
     As text; `–` where one says nothing of it.
     """
-    said = [dict(_facts(root)) for root in pair]
-    names = dict.fromkeys([*said[0], *said[1]])
-    both = {name: (said[0].get(name, "–"), said[1].get(name, "–")) for name in names}
+    one, other = (dict(_facts(root)) for root in pair)
+    names = dict.fromkeys([*one, *other])
+    both = {name: (one.get(name, "–"), other.get(name, "–")) for name in names}
     return {name: value for name, value in both.items() if value[0] != value[1]}
 
 
 def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Name and text of every fact of a dataset."""
     for name in (*variables.parameters(), variables.DRIVE_NAME.name):
-        if found := values(root, name):
-            yield name, ", ".join(map(_word, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
+        stated = values(root, name)
+        if stated:
+            more = f", … ({len(stated)} values)" if len(stated) > 6 else ""
+            yield name, ", ".join(map(_word, stated[:6])) + more
     for key, value in _keys_of_facts(from_toml(str(root.attrs.get("manifest", "")))):
         yield key, quote_toml(value)
     for name in (f"manifest_{key}" for key in FILE_KEYS):

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import InvalidInput, printable
+from nanoslip.solver.parameter import Quantity
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.origin import Origin
@@ -127,16 +128,24 @@ def _errors() -> set[str]:
 @cache
 def _whole() -> set[str]:
     """Variables over the cases that are whole numbers."""
-    own = (each for kind in KINDS for _, quantity in variables.scalars(kind) for each in (quantity, *quantity.beside))
-    return {each.name for each in own if each.whole}
+    whole = set()
+    for quantity in _scalars():
+        whole |= {variable.name for variable in (quantity, *quantity.beside) if variable.whole}
+    return whole
 
 
 @cache
 def _texts() -> set[str]:
     """Variables that are texts."""
     always = [variables.CASE_ID, variables.DRIVE_NAME, variables.ADVICE, *chain(*variables.OUTCOMES.values())]
-    words = (each for kind in KINDS for _, each in variables.scalars(kind) if each.words)
-    return {each.name for each in (*always, *words, *(group.id for group in variables.all_groups().values()))}
+    words = [quantity for quantity in _scalars() if quantity.words]
+    ids = [group.id for group in variables.all_groups().values()]
+    return {variable.name for variable in (*always, *words, *ids)}
+
+
+def _scalars() -> list[Quantity]:
+    """The scalars of all kinds of task."""
+    return [quantity for kind in KINDS for _, quantity in variables.scalars(kind)]
 
 
 def _counts(values: NDArray[Any]) -> NDArray[np.bool_]:

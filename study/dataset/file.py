@@ -173,8 +173,9 @@ def read_groups(root: xr.Dataset) -> Groups:
 
 def open_groups(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
     """Root and groups of a file; numbers are read when they are used, texts at once. Raises OSError, ValueError, KeyError."""
-    found = {name.strip("/"): group for name, group in xr.open_groups(path, engine="netcdf4").items()}
-    closing = [each._close for each in found.values() if each._close]
+    groups = xr.open_groups(path, engine="netcdf4")
+    found = {name.strip("/"): group for name, group in groups.items()}
+    closing = [group._close for group in found.values() if group._close]
     try:
         table = texts.text_table(found.pop(TEXTS, None))
         found = {name: _with_texts(group, table) for name, group in found.items()}
@@ -221,7 +222,8 @@ def make_tree(root: xr.Dataset) -> xr.DataTree:
 
 def load_dataset(root: xr.Dataset) -> xr.Dataset:
     """The dataset with all values in memory, its groups' too."""
-    return carrying(root.load(), {name: group.load() for name, group in read_groups(root).items()})
+    loaded = root.load()
+    return carrying(loaded, {name: group.load() for name, group in read_groups(root).items()})
 
 
 def flatten_variables(root: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -246,7 +248,7 @@ def write_tree(tree: xr.DataTree, path: Path) -> None:
     netCDF4.set_chunk_cache(0)  # else all chunks of all variables stay in memory until the file is closed
     try:
         with netCDF4.Dataset(path, "w") as opened:
-            for place, group in _stored_content(tree):
+            for place, group in _file_content(tree):
                 variables, attributes = xr.conventions.encode_dataset_coordinates(group)
                 for name, variable in variables.items():
                     variable.encoding |= _encoding(variable, name in group.coords)
@@ -258,11 +260,12 @@ def write_tree(tree: xr.DataTree, path: Path) -> None:
         netCDF4.set_chunk_cache(*usual)
 
 
-def _stored_content(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
+def _file_content(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
     """Place and content of root and groups as the file has them, without encoding; then the texts of the root by name."""
     root, table = tree.to_dataset(inherit=False).drop_encoding(), TextsByName()
     held = {_LABEL, *root.data_vars}
-    over = [name for name, each in root.variables.items() if are_texts(each) and each.ndim > (name not in held)]
+    words = {name: variable for name, variable in root.variables.items() if are_texts(variable)}
+    over = [name for name, variable in words.items() if variable.ndim > (name not in held)]
     yield ROOT, root.assign({name: texts.encode_texts(root.variables[name], table) for name in over})
     yield from ((node.path, node.to_dataset(inherit=False).drop_encoding()) for node in tree.descendants)
     if over:

@@ -34,13 +34,18 @@ class NotJoinableError(NanoslipError, ValueError):
 
 def distinguishing_axes(dims: Sequence[str], roots: Sequence[xr.Dataset], sources: Sequence[str]) -> list[str]:
     """Parameters with one value in each dataset, as few as distinguish the cases of all datasets beside their dimensions."""
-    single = [name for name in parameters() if all(name in root.coords and not root[name].dims for root in roots)]
-    candidates = [name for name in single if name not in dims and len(_values(name, roots)) > 1]
+    common = [name for name in parameters() if name not in dims and _has_one_value(name, roots)]
+    candidates = [name for name in common if len(_values(name, roots)) > 1]
     for count in range(len(candidates)):
         with suppress(NotJoinableError):  # two cases in one place
             _merge_datasets(["case_id"], candidates[:count], dims, roots, sources)
             return candidates[:count]
     return candidates
+
+
+def _has_one_value(name: str, roots: Sequence[xr.Dataset]) -> bool:
+    """True if each dataset has one value of a parameter for all its cases."""
+    return all(name in root.coords and not root[name].dims for root in roots)
 
 
 def _merge_datasets(
@@ -119,7 +124,8 @@ def _fill_missing(name: str, values: xr.DataArray, kind: np.dtype[Any]) -> xr.Da
 
 def _union(name: str, roots: Sequence[xr.Dataset]) -> list[Any]:
     """All labels of a dimension, in ascending order if each dataset has them so."""
-    columns: list[list[Any]] = [np.atleast_1d(root[name].values).tolist() for root in roots if name in root.variables]
+    holders = [root for root in roots if name in root.variables]
+    columns: list[list[Any]] = [np.atleast_1d(root[name].values).tolist() for root in holders]
     labels = list(dict.fromkeys(chain.from_iterable(columns)))
     if all(column == sorted(column) for column in columns):
         return sorted(labels)
@@ -152,7 +158,8 @@ def join_datasets(
     roots = _with_equal_labels(_number_cases(roots))
     dims = _distinct_names(root.dims for root in roots)
     added = distinguishing_axes(dims, roots, sources)
-    names = [name for name in _distinct_names(root.variables for root in roots) if name not in (*added, *dims)]
+    held = _distinct_names(root.variables for root in roots)
+    names = [name for name in held if name not in (*added, *dims)]
     merged = _merge_datasets(names, added, dims, roots, sources)
     if not holes:
         _refuse_holes(merged["case_id"], sources)
@@ -161,7 +168,8 @@ def join_datasets(
         merged[name] = _fill_missing(name, merged[name], np.result_type(*kinds))
     merged = merged.assign_attrs(_joint_attributes(roots))
     merged = merged.set_coords(_distinct_names(root.coords for root in roots))
-    groups = {name: _join_group(roots, group) for name, group in all_groups().items() if name in read_groups(roots[0])}
+    shared = read_groups(roots[0])
+    groups = {name: _join_group(roots, group) for name, group in all_groups().items() if name in shared}
     software = SOFTWARE[0].name
     groups[software] = _join_software([read_groups(root)[software] for root in roots])
     return carrying(merged, groups)

@@ -37,8 +37,10 @@ class CaseRows:
 
     def __iter__(self) -> Iterator[xr.Dataset]:
         """The scalars of each row with its parameters."""
-        names = [name for name, each in self.root.variables.items() if set(each.dims) <= self.sizes.keys()]
-        scalars = self.root[names].drop_vars([name for name in self.root.coords if name not in names], errors="ignore")
+        dims = self.sizes.keys()
+        names = [name for name, variable in self.root.variables.items() if set(variable.dims) <= dims]
+        others = [name for name in self.root.coords if name not in names]
+        scalars = self.root[names].drop_vars(others, errors="ignore")
         for place in zip(*self.positions.values(), strict=True) if self.sizes else [()]:
             yield scalars.isel(dict(zip(self.sizes, place, strict=True)))
 
@@ -64,20 +66,22 @@ class CaseRows:
 
     def tallies(self, name: str) -> list[dict[str, int]]:
         """Members of each row by word, the most frequent first; one word where none are counted."""
-        counts = {word: self.values(each.variable).tolist() for word, each in member_counts(self.root, name).items()}
-        found = []
+        variables = member_counts(self.root, name)
+        counts = {word: self.values(count.variable).tolist() for word, count in variables.items()}
+        tallies = []
         for row, word in enumerate(self.values(name).tolist()):
-            there = {each: int(column[row]) for each, column in counts.items() if column[row]}
-            found.append(dict(sorted(there.items(), key=lambda each: -each[1])) if word and there else {str(word): 1})
-        return found
+            tally = {each: int(column[row]) for each, column in counts.items() if column[row]}
+            if not (word and tally):
+                tally = {str(word): 1}
+            tallies.append(dict(sorted(tally.items(), key=lambda pair: -pair[1])))
+        return tallies
 
     def differing(self) -> dict[str, NDArray[Any]]:
         """The coordinates in which rows differ: axes of a product; of a list of cases, the listed parameters."""
-        names = (
-            [*author_coordinates(self.root), *(dim for dim in self.sizes if dim != CASE)]
-            if CASE in self.sizes
-            else self.sizes
-        )
+        names = list(self.sizes)
+        if CASE in self.sizes:
+            further = [dim for dim in self.sizes if dim != CASE]
+            names = [*author_coordinates(self.root), *further]
         columns = {name: self.values(name) for name in names}
         return {name: values for name, values in columns.items() if len(set(values.tolist())) > 1}
 
@@ -86,12 +90,14 @@ def case_rows(root: xr.Dataset, name: str = "") -> CaseRows:
     """All rows of a variable. Default: a row for each drive, or for each case if there are no drives."""
     along = root[name or ending_name(root)].sizes
     sizes = {str(dim): size for dim, size in along.items()}
-    return CaseRows(root, sizes, np.arange(int(np.prod(list(sizes.values()), dtype=np.int64))))
+    count = int(np.prod(list(sizes.values()), dtype=np.int64))
+    return CaseRows(root, sizes, np.arange(count))
 
 
 def ending_name(root: xr.Dataset) -> str:
     """Outcome of drives, or of cases without drives; for cases without results their name."""
-    return next((name for kind in ("drive", "") if (name := OUTCOMES[kind].ending.name) in root), "case_id")
+    endings = [OUTCOMES[kind].ending.name for kind in ("drive", "")]
+    return next((name for name in endings if name in root), "case_id")
 
 
 def select_rows(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:
@@ -154,8 +160,9 @@ def nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
 
 def some(values: Iterable[Any], between: str = ", ") -> str:
     """The first different values as text."""
-    found = list(dict.fromkeys(values))
-    return between.join([*map(str, found[:8]), *["…"][: len(found) > 8]])
+    different = list(dict.fromkeys(values))
+    more = ["…"] if len(different) > 8 else []
+    return between.join([*map(str, different[:8]), *more])
 
 
 def selection_text(selection: Selection) -> str:
@@ -177,11 +184,13 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     given: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit.
     Raises KeyError if no case matches, ValueError with the remaining choices if several do.
     """
-    found = select_rows(
-        root, ending_name(root), {names_by_word().get(word, word): text for word, text in given.items()}
-    )
-    left = {dim: sorted(set(column)) for dim, column in found.positions.items()}
-    part = root.isel({dim: places if len(places) > 1 else places[0] for dim, places in left.items()})
+    words = names_by_word()
+    rows = select_rows(root, ending_name(root), {words.get(word, word): text for word, text in given.items()})
+    left = {dim: sorted(set(column)) for dim, column in rows.positions.items()}
+    positions: dict[str, Any] = {}
+    for dim, places in left.items():
+        positions[dim] = places if len(places) > 1 else places[0]
+    part = root.isel(positions)
     if several := [str(dim) for dim in root["case_id"].dims if len(left[str(dim)]) > 1]:
         raise ValueError(f"needs to be one case: give also {'; '.join(_choices(part, several))}")
     return part
@@ -189,23 +198,30 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
 
 def _choices(part: xr.Dataset, dims: Iterable[str]) -> list[str]:
     """The parameters in which cases differ along dimensions, each with its values."""
-    apart = {"case_id", *(each.name for name, each in si_coordinates().items() if name in part.coords)}
-    along = [str(name) for name in part.coords if set(part[name].dims) & set(dims) and name not in apart]
-    values = {
-        name: part[name].to_series().dropna().unique().tolist() for name in along if name != CASE or len(along) == 1
-    }
-    return [
-        some((f"{name}={as_typed(each)}" for each in found), " or ") for name, found in values.items() if len(found) > 1
-    ]
+    twins = [twin.name for name, twin in si_coordinates().items() if name in part.coords]
+    apart, wanted = {"case_id", *twins}, set(dims)
+    coordinates = {str(name): each.dims for name, each in part.coords.items() if name not in apart}
+    along = [name for name, own_dims in coordinates.items() if wanted.intersection(own_dims)]
+    choices = []
+    for name in along:
+        if name == CASE and len(along) > 1:
+            continue
+        values = part[name].to_series().dropna().unique().tolist()
+        if len(values) > 1:
+            choices.append(some((f"{name}={as_typed(value)}" for value in values), " or "))
+    return choices
 
 
 def author_coordinates(root: xr.Dataset) -> list[str]:
     """Coordinates along a list of cases that its author lists, in a table or as axes; all parameters if none is listed."""
     along = [str(name) for name, each in root.coords.items() if each.dims == (CASE,)]
     table = str(root.attrs.get("manifest_table", ""))
-    first, *_ = table.splitlines() or [""]
-    named = {name.strip() for name in first.split(",")} if table else set(_manifest(root).get("axes", ()))
-    return [name for name in along if name in (named or parameters())]
+    if table:
+        header = table.splitlines()[0]
+        listed = {name.strip() for name in header.split(",")}
+    else:
+        listed = set(_manifest(root).get("axes", ()))
+    return [name for name in along if name in (listed or parameters())]
 
 
 def axes_in_step(root: xr.Dataset) -> list[str]:

@@ -46,16 +46,16 @@ def encode_texts(variable: xr.Variable, table: TextsByName) -> xr.Variable:
     different = dict.fromkeys(map(str, values))
     words = str(variable.attrs.get(_WORD, "")).split()
     if words and different.keys() <= {*words, ""}:
-        codes = {text: words.index(text) if text else NONE for text in different}
+        codes = {"": NONE, **{word: number for number, word in enumerate(words)}}
         kind: type[np.integer[Any]] = np.int8
         marks = {_STORED: _WORD}
     else:
-        codes, kind, marks = {text: _named(text, table) for text in different}, np.int64, {_STORED: _NAME}
+        codes, kind, marks = {text: _name_text(text, table) for text in different}, np.int64, {_STORED: _NAME}
     numbers = np.fromiter((codes[str(text)] for text in values), kind, len(values))
     return xr.Variable(variable.dims, numbers.reshape(variable.shape), {**variable.attrs, **marks})
 
 
-def _named(text: str, table: TextsByName) -> int:
+def _name_text(text: str, table: TextsByName) -> int:
     """Name of a text."""
     if not text or _HASH.fullmatch(text):
         return int(text, 16) if text else NONE
@@ -99,10 +99,9 @@ def as_group(table: TextsByName) -> xr.Dataset:
         "long_name": "text of a name",
         "comment": "of variables with stored_as = name; content hashes are names themselves",
     }
-    return xr.Dataset(
-        {_TEXT: (_NAME, np.array([table[name] for name in names], object), about)},
-        {_NAME: (_NAME, np.array(names, np.int64), {"long_name": "name of a text"})},
-    )
+    contents = np.array([table[name] for name in names], object)
+    labels = (_NAME, np.array(names, np.int64), {"long_name": "name of a text"})
+    return xr.Dataset({_TEXT: (_NAME, contents, about)}, {_NAME: labels})
 
 
 def text_table(group: xr.Dataset | None) -> TextsByName:
@@ -110,4 +109,5 @@ def text_table(group: xr.Dataset | None) -> TextsByName:
     if group is None:
         return {}
     texts: NDArray[Any] = group[_TEXT].values
-    return dict(zip(group[_NAME].values.tolist(), map(str, texts.tolist()), strict=True))
+    names = group[_NAME].values.tolist()
+    return dict(zip(names, map(str, texts.tolist()), strict=True))

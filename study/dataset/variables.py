@@ -22,7 +22,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import SHARED_ERROR, Quantity, attributes, measure_label, quantities
+from nanoslip.solver.parameter import SHARED_ERROR, Parameter, Quantity, attributes, measure_label, quantities
 from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.solver.view import ROUNDING
@@ -76,8 +76,10 @@ class Group:
     @property
     def samples(self) -> dict[str, tuple[Series, ...]]:
         """Sample dimension -> the series over it."""
-        names = dict.fromkeys(each.sample for each in self.series)
-        return {name: tuple(each for each in self.series if each.sample == name) for name in names}
+        samples: dict[str, tuple[Series, ...]] = {}
+        for series in self.series:
+            samples[series.sample] = (*samples.get(series.sample, ()), series)
+        return samples
 
     @property
     def columns(self) -> dict[str, Quantity]:
@@ -197,37 +199,37 @@ SOFTWARE: Final = (
 def parameters() -> dict[str, Quantity]:
     """The coordinates of a dataset by name: every parameter of cases and drives but files."""
     stated = {**parameters_of_a_case(), **drive_parameters()}
-    return {
-        name: Quantity(name, each.meaning, each.unit, measure=each.measure, symbol=each.symbol, comment=each.comment)
-        for name, each in stated.items()
-        if not (each.columns or each.listed)
-    }
+    single = {name: parameter for name, parameter in stated.items() if not (parameter.columns or parameter.listed)}
+    return {name: _coordinate(name, parameter) for name, parameter in single.items()}
+
+
+def _coordinate(name: str, parameter: Parameter) -> Quantity:
+    meaning, symbol, comment = parameter.meaning, parameter.symbol, parameter.comment
+    return Quantity(name, meaning, parameter.unit, measure=parameter.measure, symbol=symbol, comment=comment)
 
 
 @cache
 def si_coordinates() -> dict[str, Quantity]:
     """Parameter of a case -> the coordinate that has it in SI, of campaigns that give scales."""
-    stated = {name: each for name, each in parameters_of_a_case().items() if each.scale in UNITS and not each.columns}
-    return {
-        name: Quantity(
-            f"{name}_si",
-            each.meaning,
-            UNITS[each.scale],
-            symbol=each.symbol.partition("/")[0],
-            comment=f"{name} times its scale",
-        )
-        for name, each in stated.items()
-    }
+    twins = {}
+    for name, parameter in parameters_of_a_case().items():
+        if parameter.scale in UNITS and not parameter.columns:
+            symbol, _, _ = parameter.symbol.partition("/")
+            comment = f"{name} times its scale"
+            unit = UNITS[parameter.scale]
+            twins[name] = Quantity(f"{name}_si", parameter.meaning, unit, symbol=symbol, comment=comment)
+    return twins
 
 
 def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, float]:
     """`Quantity.per` -> factor of a value in the solver's units: to shares of W or μ_i, or to SI."""
     friction = case.intrinsic_friction
+    over_friction = 1.0 / friction if 0.0 < friction < np.inf else np.nan
     return {
         "": 1.0,
         "normal_load": 1.0 / case.total_load,
         "contact_load": 1.0 / case.normal_load,
-        "intrinsic_friction": 1.0 / friction if 0.0 < friction < np.inf else np.nan,
+        "intrinsic_friction": over_friction,
         **scales.units(drive.pin_mass if drive else 1.0),
     }
 
@@ -281,7 +283,8 @@ def describe(name: str) -> Described:
     if found := find_variables(names, name):
         return variables_by_name()[found[0]]
     spelt = spellings(_symbols(names[::-1]))
-    words = {word: each for each, own in spelt.items() for word in own} | {each: each for each in names}
+    words = {word: name for name, spelling in spelt.items() for word in spelling}
+    words |= {name: name for name in names}
     near = dict.fromkeys(words[word] for word in difflib.get_close_matches(name, words, n=3, cutoff=0.5))
     raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
 
@@ -294,11 +297,9 @@ def find_variables(names: Sequence[str], word: str) -> list[str]:
 
 
 def _symbols(names: Sequence[str]) -> dict[str, str]:
-    return {
-        name: variables_by_name()[name].symbol
-        for name in names
-        if name in variables_by_name() and not name.startswith("fitted_")
-    }
+    declared = variables_by_name()
+    plain = [name for name in names if name in declared and not name.startswith("fitted_")]
+    return {name: declared[name].symbol for name in plain}
 
 
 @cache
@@ -336,24 +337,26 @@ def variable_text(variable: Described) -> str:
 
 def _all(beside: bool = False) -> Iterator[Described]:
     """Variables of all groups. beside: with ± and member counts, which stand beside means."""
-    yield from _of("the case", CASES, (CASE_ID, *OUTCOMES[""], ADVICE, MEMBERS))
+    yield from _describe_all("the case", CASES, (CASE_ID, *OUTCOMES[""], ADVICE, MEMBERS))
     for kind in KINDS:
         head = (*OUTCOMES[DRIVE], DRIVE_MEMBERS) if kind == DRIVE else ()
         dims = f"{CASES}, drive" if kind == DRIVE else CASES
-        own = (*head, *(quantity for _, quantity in scalars(kind)))
-        around = [part for each in own for part in (each, *each.beside)] if beside else own
-        yield from _of(_GROUPS.get(kind, kind), dims, around)
+        around = [*head, *(quantity for _, quantity in scalars(kind))]
+        if beside:
+            around = [part for quantity in around for part in (quantity, *quantity.beside)]
+        yield from _describe_all(_GROUPS.get(kind, kind), dims, around)
     for group in all_groups().values():
-        yield from _of("the runs of a case", f"{CASES}, drive" if group.driven else CASES, (group.id,))
-    yield from _of("parameters", "where they vary", (DRIVE_NAME, *parameters().values(), *si_coordinates().values()))
+        yield from _describe_all("the runs of a case", f"{CASES}, drive" if group.driven else CASES, (group.id,))
+    places = (DRIVE_NAME, *parameters().values(), *si_coordinates().values())
+    yield from _describe_all("parameters", "where they vary", places)
     for group in all_groups().values():
         counts = [series[0].count for series in group.samples.values()]
-        yield from _of(f"{_GROUP}{group.name}", group.name, (group.label, *group.owners, *counts))
+        yield from _describe_all(f"{_GROUP}{group.name}", group.name, (group.label, *group.owners, *counts))
         for sample in group.samples:
-            columns = [each for each in group.columns.values() if each.along == sample]
-            made = [EVENT_DROP] if sample == EVENT_DROP.along else []
-            yield from _of(f"{_GROUP}{group.name}", sample, [*columns, *made])
-    yield from _of(f"{_GROUP}{SOFTWARE[0].name}", SOFTWARE[0].name, SOFTWARE)
+            columns = [column for column in group.columns.values() if column.along == sample]
+            derived = [EVENT_DROP] if sample == EVENT_DROP.along else []
+            yield from _describe_all(f"{_GROUP}{group.name}", sample, [*columns, *derived])
+    yield from _describe_all(f"{_GROUP}{SOFTWARE[0].name}", SOFTWARE[0].name, SOFTWARE)
 
 
 _GROUPS = {
@@ -367,7 +370,7 @@ _GROUP = "group "
 """Beginning of the titles of groups beside the root."""
 
 
-def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Described]:
+def _describe_all(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Described]:
     for each in quantities:
         values = tuple(filter(None, each.flags)) or each.codes or each.words
         units = "" if each.words else each.units
@@ -397,26 +400,33 @@ def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantit
     shared = found.get(f"{name}{SHARED_ERROR}", np.zeros_like(values))[:, 0]
     mean, uncertainty, members = mean_of(values, shared)
     if quantity.uncertainty in found:  # of all members together: the result holds its ±
-        uncertainty, members = found[quantity.uncertainty][:, 0], found[quantity.members][:, 0].astype(int)
+        uncertainty = found[quantity.uncertainty][:, 0]
+        members = found[quantity.members][:, 0].astype(int)
     if quantity.alike:
-        same = (found[quantity.alike] == found[quantity.alike][:, :1]).all(axis=1)
-        mean, uncertainty = np.where(same & (members == values.shape[1]), (mean, uncertainty), np.nan)
+        starts = found[quantity.alike]
+        same = (starts == starts[:, :1]).all(axis=1) & (members == values.shape[1])
+        mean, uncertainty = np.where(same, (mean, uncertainty), np.nan)
     unknown = ~(uncertainty > ROUNDING * np.abs(mean))  # members do not differ
-    return Known(mean, np.where(unknown, np.nan, uncertainty), np.where(np.isnan(mean), np.nan, shared), members)
+    uncertainty = np.where(unknown, np.nan, uncertainty)
+    return Known(mean, uncertainty, np.where(np.isnan(mean), np.nan, shared), members)
 
 
 def alike_starts(found: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
     """True for records of which all members have the same events: one start, of which no mean has a ±. found: as above."""
     stated = np.array([found[name] for name, _ in scalars("record") if name in found])
     counts = np.where(stated == np.floor(stated), stated, np.nan)  # not the grid, which may have followed the pin
-    differ: NDArray[np.bool_] = (np.fmax.reduce(counts, axis=2) > np.fmin.reduce(counts, axis=2)).any(axis=0)
+    most, least = np.fmax.reduce(counts, axis=2), np.fmin.reduce(counts, axis=2)
+    differ: NDArray[np.bool_] = (most > least).any(axis=0)
     return ~differ
 
 
 def member_count_text(dataset: xr.Dataset, name: str) -> tuple[xr.Variable, ...]:
     """Number of members with a value, and of computed members; empty unless it is a mean with uncertainty."""
-    names = (f"{name}_members", (DRIVE_MEMBERS if name in drive_variables() else MEMBERS).name)
-    return tuple(dataset.variables[each] for each in names) if set(names) <= dataset.variables.keys() else ()
+    computed = DRIVE_MEMBERS if name in drive_variables() else MEMBERS
+    names = (f"{name}_members", computed.name)
+    if not set(names) <= dataset.variables.keys():
+        return ()
+    return tuple(dataset.variables[each] for each in names)
 
 
 @cache
@@ -440,19 +450,27 @@ def fewer(case: xr.Dataset, name: str) -> str:
 @cache
 def words_counted() -> dict[str, dict[str, str]]:
     """Variable of words -> word -> the variable that counts the members that have it."""
-    worded = (quantity for kind in KINDS for _, quantity in scalars(kind) if quantity.words)
-    return {each.name: {word: count.name for word, count in each.counts().items()} for each in worded}
+    counted = {}
+    for kind in KINDS:
+        for _, quantity in scalars(kind):
+            if quantity.words:
+                counted[quantity.name] = {word: count.name for word, count in quantity.counts().items()}
+    return counted
 
 
 def member_counts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
     """Word of a variable -> how many members have it; empty for variables without such counts."""
-    return {word: dataset[count] for word, count in words_counted().get(name, {}).items() if count in dataset.variables}
+    counted = words_counted().get(name, {})
+    return {word: dataset[count] for word, count in counted.items() if count in dataset.variables}
 
 
 def count_range(counts: xr.DataArray) -> str:
     """The least and the most of some counts of members: `3 to 12`, or `8`."""
     known = counts.values[counts.notnull().values]
-    return " to ".join(dict.fromkeys(str(int(end)) for end in (known.min(), known.max()))) if known.size else "0"
+    if not known.size:
+        return "0"
+    ends = (str(int(end)) for end in (known.min(), known.max()))
+    return " to ".join(dict.fromkeys(ends))
 
 
 def are_means(dataset: xr.Dataset) -> bool:
@@ -479,16 +497,20 @@ def missing_error_reasons(dataset: xr.Dataset, names: Iterable[str]) -> str:
     whole, found = dataset.variables, dict[str, None]()
     for name in names:
         error = whole.get(f"{name}_uncertainty")
-        if error is None or not bool((lacking := whole[name].notnull() & ~(error > ROUNDING * abs(whole[name]))).any()):
+        if error is None:
+            continue
+        lacking = whole[name].notnull() & ~(error > ROUNDING * abs(whole[name]))
+        if not bool(lacking.any()):
             continue
         having, used = member_count_text(dataset, name) or (1, 1)
         several, shared = lacking & (used != 1) & ~(having < used), whole.get(f"{name}{SHARED_ERROR}")
         unknown = several & (False if shared is None else shared.isnull())
+        unknown_share = _UNKNOWN_SHARE.get(sharing().get(name, ""), "records too short for it")
         reasons = {
             "a single start": lacking & (used == 1),
             "starts without a value": lacking & (having < used),
             "identical starts": several & ~unknown,
-            _UNKNOWN_SHARE.get(sharing().get(name, ""), "records too short for it"): unknown,
+            unknown_share: unknown,
         }
         found |= dict.fromkeys(reason for reason, there in reasons.items() if bool(there.any()))
     return f"± ?: {', '.join(found)}" if found else ""
@@ -559,7 +581,7 @@ class Runs:
 
         factors: by `Quantity.per`.
         """
-        parts = _once([result for result in results if self._held(result)])
+        parts = _once([result for result in results if self._has_columns(result)])
         keys = tuple(result.key for result in parts)
         if not keys or keys in self._names:
             return self._names.get(keys, "")
@@ -576,10 +598,10 @@ class Runs:
         name = keys[0][:NAME_LENGTH] if len(keys) == 1 else content_hash(keys, length=NAME_LENGTH)
         return self._names.setdefault(keys, name)
 
-    def _held(self, result: TaskResult) -> bool:
+    def _has_columns(self, result: TaskResult) -> bool:
         """True if a result has the columns of the group, and not its scalars alone."""
         mine = (each for each in self.group.series if each.kind == result.kind)
-        return any(each.columns.keys() - ACROSS <= _values_of(result, each).keys() for each in mine)
+        return any(each.columns.keys() - ACROSS <= _arrays(result, each).keys() for each in mine)
 
     def dataset(self) -> xr.Dataset:
         """The columns over the samples; over the instances their names, owners and the count of samples."""
@@ -590,9 +612,11 @@ class Runs:
             found[count.name] = (self.group.name, counts, {**attributes(count), "sample_dimension": sample})
         for name, quantity in self.group.columns.items():
             found[name] = (quantity.along, self._columns[name].values(quantity.dtype), attributes(quantity))
-        found[self.group.name] = (self.group.name, texts(self._names.values()), attributes(self.group.label))
+        labels = texts(self._names.values())
+        found[self.group.name] = (self.group.name, labels, attributes(self.group.label))
         for number, owner in enumerate(self.group.owners):
-            found[owner.name] = (self.group.name, texts(names[number] for names in self._owners), attributes(owner))
+            owners = texts(names[number] for names in self._owners)
+            found[owner.name] = (self.group.name, owners, attributes(owner))
         places = [name for name, quantity in self.group.columns.items() if quantity.coordinate]
         return xr.Dataset(found).set_coords([*places, *(owner.name for owner in self.group.owners)])
 
@@ -604,7 +628,7 @@ def _once(results: list[TaskResult]) -> list[TaskResult]:
     return results
 
 
-def _values_of(result: TaskResult, series: Series) -> Mapping[str, Any]:
+def _arrays(result: TaskResult, series: Series) -> Mapping[str, Any]:
     if series.sample != MEMBER:
         return result.arrays
     count = len(next(iter(result.scalars.values()), ()))
@@ -621,7 +645,7 @@ _PLACES: Final = {ending: place for place, ending in enumerate(Ending)}
 def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
     """The first member's column; or a number of every member."""
     if series.sample == MEMBER:
-        return np.array(_values_of(result, series)[name], series.columns[name].dtype)
+        return np.array(_arrays(result, series)[name], series.columns[name].dtype)
     if name in ACROSS and name not in result.arrays:  # plane strain has no y
         return np.zeros(member_column(result, next(iter(series.columns)), series.sample).size)
     return member_column(result, name, series.sample)
@@ -636,8 +660,9 @@ def texts(values: Iterable[str]) -> NDArray[Any]:
 def windows(group: xr.Dataset, declared: Group) -> dict[str, NDArray[np.int64]]:
     """Sample dimension that a group has -> where each of its runs begins, and where the last one ends."""
     counts = {name: series[0].count.name for name, series in declared.samples.items()}
-    return {
-        name: np.concatenate(([0], np.cumsum(group.variables[count].values, dtype=np.int64)))
-        for name, count in counts.items()
-        if count in group.variables
-    }
+    starts = {}
+    for name, count in counts.items():
+        if count in group.variables:
+            lengths = group.variables[count].values
+            starts[name] = np.concatenate(([0], np.cumsum(lengths, dtype=np.int64)))
+    return starts

@@ -82,14 +82,16 @@ def other_software(found: xr.Dataset) -> str:
 
 def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
     """The cases that the dataset has a result of."""
-    endings = dict(zip(found["case_id"].values.ravel(), _endings(found, "").values.ravel(), strict=True))
+    ids = found["case_id"].values.ravel()
+    endings = dict(zip(ids, _endings(found, "").values.ravel(), strict=True))
     return tuple(case for case in plan.cases if endings.get(case.case_id) != PENDING)
 
 
 def failed(plan: Plan, found: xr.Dataset) -> int:
     """Number of cases whose computation failed: out of time, out of memory, crashed."""
     without = (_endings(found, "") == PENDING) & (found[variables.OUTCOMES[""].ending.name] != PENDING)
-    return int((without & found["case_id"].isin([case.case_id for case in plan.cases])).sum())
+    cases = [case.case_id for case in plan.cases]
+    return int((without & found["case_id"].isin(cases)).sum())
 
 
 def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCase, ...]:
@@ -103,7 +105,8 @@ def tasks_in_dataset(plan: Plan, cases: Sequence[CampaignCase], found: xr.Datase
     layout = case_layout(plan.manifest)
     for case in cases:
         keys = plan.case_tasks[case.case_id]
-        pending = _pending_drives(layout, found, case) if any(drive for _, drive in keys) else set()
+        has_drives = any(drive for _, drive in keys)
+        pending = _pending_drives(layout, found, case) if has_drives else set()
         wanted |= {key for (_, drive), key in keys.items() if drive not in pending}
     wanted = plan.with_needs(wanted)
     return tuple(task for task in plan.tasks if task.key in wanted)
@@ -164,18 +167,21 @@ class Finding:
 def worst_difference(label: str, differences: Sequence[Difference]) -> Finding:
     """The worst difference in a line, and the names of variables that are not judged."""
     judged = [each for each in differences if each.verdict is not Verdict.NOT_JUDGED]
-    verdict, beside = worst(judged), _named([each for each in differences if each.verdict is Verdict.NOT_JUDGED])
-    told = sorted((each for each in judged if each.verdict == verdict), key=lambda each: -each.size)
+    unjudged = [each for each in differences if each.verdict is Verdict.NOT_JUDGED]
+    verdict, beside = worst(judged), _list_names(unjudged)
+    decisive = [each for each in judged if each.verdict == verdict]
+    decisive.sort(key=lambda difference: -difference.size)
     if verdict is Verdict.IDENTICAL and not beside:
         return Finding(label, verdict, "")
-    others = [each for each in told if each.name != told[0].name]
-    more = f", and {len(dict.fromkeys(each.name for each in others))} more: {_named(others)}" if others else ""
-    said = f"{told[0]}{more}" if verdict > Verdict.IDENTICAL else ""
+    others = [each for each in decisive if each.name != decisive[0].name]
+    count = len({each.name for each in others})
+    more = f", and {count} more: {_list_names(others)}" if others else ""
+    said = f"{decisive[0]}{more}" if verdict > Verdict.IDENTICAL else ""
     remark = "; ".join(filter(None, (said, beside and f"not judged: {beside}")))
     return Finding(label, max(verdict, Verdict.WITHIN) if beside else verdict, remark)
 
 
-def _named(differences: Sequence[Difference]) -> str:
+def _list_names(differences: Sequence[Difference]) -> str:
     """The first few names of some differences, each once."""
     names = list(dict.fromkeys(each.name for each in differences))
     return ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
@@ -188,14 +194,16 @@ class Recomputed:
         self._found, self._again = found, again
         (origin,), home = from_data([found.attrs]), computing_origin()
         self._same_software, self._same_bits = origin.alike(home), origin.same_bits(home)
-        groups = read_groups(found), read_groups(again)
-        declared = [group for name, group in variables.all_groups().items() if all(name in each for each in groups)]
-        self._groups = [Runs(group, [each[group.name] for each in groups]) for group in declared]
+        kept, now = read_groups(found), read_groups(again)
+        declared = [group for name, group in variables.all_groups().items() if name in kept and name in now]
+        self._groups = [Runs(group, (kept[group.name], now[group.name])) for group in declared]
         self._along = set(again["case_id"].dims)
         apart = variables.run_names() | _SOFTWARE
-        own = (name for name, each in again.data_vars.items() if self._along <= set(each.dims) and name in found)
-        self._names = [str(name) for name in own if name not in apart]
-        self._sizes = {name: magnitude(again[name].values) for name in self._names if real(again[name].values)}
+        common = {str(name): each for name, each in again.data_vars.items() if name in found}
+        own = [name for name, each in common.items() if self._along <= set(each.dims)]
+        self._names = [name for name in own if name not in apart]
+        columns = {name: again[name].values for name in self._names}
+        self._sizes = {name: magnitude(column) for name, column in columns.items() if real(column)}
 
     @property
     def comparable(self) -> bool:
@@ -212,51 +220,55 @@ class Recomputed:
         missing = [odd(name, "is missing") for name in names if name not in found]
         strange = [odd(name, "is in no dataset of this manifest") for name in names if name not in again]
         common = [name for name in names if name in found and name in again]
-        words = [
-            compare_values(f"{kind} of {name}", np.array(one), np.array(other))
-            for name in common
-            for (kind, one), other in zip(_words(found[name]).items(), _words(again[name]).values(), strict=True)
-        ]
-        values = [
-            compare_values(name, found[name].values, again[name].values)
-            for name in common
-            if self._is_for_all_cases(name)
-        ]
+        words = []
+        for name in common:
+            ours, theirs = _words(found[name]), _words(again[name])
+            for kind, word in ours.items():
+                words.append(compare_values(f"{kind} of {name}", np.array(word), np.array(theirs[kind])))
+        for_all = [name for name in common if self._is_for_all_cases(name)]
+        values = [compare_values(name, found[name].values, again[name].values) for name in for_all]
         return [*missing, *strange, *words, *self._attributes(), *values]
 
     def _is_for_all_cases(self, name: str) -> bool:
         """True if a variable belongs to no case and is not in a group: runs are compared with their case."""
-        return "/" not in name and (name in self._again.coords or not set(self._again[name].dims) & self._along)
+        if "/" in name:
+            return False
+        return name in self._again.coords or self._along.isdisjoint(self._again[name].dims)
 
     def _attributes(self) -> list[Difference]:
         apart = {item.name for item in fields(Origin)} | {file.MIXED}
         kept = self._found.attrs
-        return [
-            compare_values(f"attribute {name}", np.array(kept[name]), np.array(value))
-            if name in kept
-            else odd(f"attribute {name}", "is missing")
-            for name, value in self._again.attrs.items()
-            if name not in apart
-        ]
+        differences = []
+        for name, value in self._again.attrs.items():
+            if name in apart:
+                continue
+            label = f"attribute {name}"
+            if name in kept:
+                differences.append(compare_values(label, np.array(kept[name]), np.array(value)))
+            else:
+                differences.append(odd(label, "is missing"))
+        return differences
 
     def finding(self, case: CampaignCase) -> Finding:
         """The verdict on a case, with differences and variables that are not judged."""
         place = case_position(self._again, case.case_id)
-        kept, now = (
-            {name: each.variables[name].isel(place, missing_dims="ignore") for name in self._names}
-            for each in (self._found, self._again)
-        )
+        kept, now = (self._case_values(root, place) for root in (self._found, self._again))
         rises = case.case is not None and case.case.initial_contact == "gradual"
         rounding = OF_A_RISING_LOAD if rises and not self._same_bits else ROUNDING
         differences = [self._scalar(name, kept, now, rounding) for name in self._names]
         for runs in self._groups:
-            ids = (each.variables[runs.group.id.name].isel(place).values.ravel() for each in (self._found, self._again))
-            for one, other in zip(*ids, strict=True):
-                differences += runs.owners(one, other) + self._of_runs(runs, runs.columns(one, other, rounding))
+            name = runs.group.id.name
+            kept_ids, now_ids = (root.variables[name].isel(place).values.ravel() for root in (self._found, self._again))
+            for one, other in zip(kept_ids, now_ids, strict=True):
+                found = self._soften(runs, runs.columns(one, other, rounding))
+                differences += runs.owners(one, other) + found
         label = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
         return worst_difference(label, differences)
 
-    def _of_runs(self, runs: Runs, found: list[Difference]) -> list[Difference]:
+    def _case_values(self, root: xr.Dataset, place: Mapping[str, int]) -> dict[str, xr.Variable]:
+        return {name: root.variables[name].isel(place, missing_dims="ignore") for name in self._names}
+
+    def _soften(self, runs: Runs, found: list[Difference]) -> list[Difference]:
         """Differences of a run; not judged where last digits may turn it."""
         if self._same_bits or runs.group.kinds == ("contact",) or worst(found) is not Verdict.DIFFERENT:
             return found
@@ -316,14 +328,17 @@ def _names(quantities: Iterable[Quantity]) -> set[str]:
 
 def _words(found: xr.DataArray) -> dict[str, str]:
     """Attributes of a variable."""
-    return {"dimensions": " ".join(map(str, found.dims)), "units": str(found.attrs.get("units", ""))}
+    dims = " ".join(map(str, found.dims))
+    return {"dimensions": dims, "units": str(found.attrs.get("units", ""))}
 
 
 def case_position(found: xr.Dataset, case_id: str) -> dict[str, int]:
     """Position of a case by dimension; empty if it is not there."""
     ids = found["case_id"]
     places = np.argwhere(ids.values == case_id)
-    return dict(zip(map(str, ids.dims), map(int, places[0]), strict=True)) if len(places) else {}
+    if not len(places):
+        return {}
+    return dict(zip(map(str, ids.dims), map(int, places[0]), strict=True))
 
 
 def verify_cases(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
