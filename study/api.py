@@ -14,7 +14,7 @@ import scipy
 import threadpoolctl
 import xarray as xr
 
-from nanoslip.solver.case import parameters_of_a_case
+from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.parameter import require
 from nanoslip.solver.sliding.record import FrictionRecord
@@ -201,7 +201,7 @@ def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
     possible = [each.case for each in expand(manifest) if each.case is not None]
     if strangers := selection.keys() - parameters_of_a_case().keys():
         raise KeyError(f"{sorted(strangers)[0]}: no parameter of a case")
-    found = [case for case in possible if all(case.flat[name] == value for name, value in selection.items())]
+    found = [case for case in possible if _has_values(case, selection)]
     if not found:
         raise KeyError(f"no case has {selection}")
     if len(found) > 1:
@@ -210,6 +210,10 @@ def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
     with threadpoolctl.threadpool_limits(limits=1):  # sums depend on their number
         compliance = surface_compliance(case.slab)
         return [record_of_member(case, compliance, ensemble, number) for number in range(ensemble.members)]
+
+
+def _has_values(case: Case, selection: Mapping[str, Any]) -> bool:
+    return all(case.flat[name] == value for name, value in selection.items())
 
 
 def _computing(stack: ExitStack, out: AnyPath | None, jobs: int, comm: Any = None) -> tuple[Path, Farm]:
@@ -267,9 +271,15 @@ def concat(
     if isinstance(sources, str | Path | xr.Dataset):
         raise ValueError(f"sources: needs a list of datasets or paths, and is one {type(sources).__name__}")
     given = list(sources)
-    names = [f"dataset {number}" if isinstance(each, xr.Dataset) else str(each) for number, each in enumerate(given, 1)]
+    names, roots = list[str](), list[xr.Dataset]()
     with ExitStack() as stack:
-        roots = [each if isinstance(each, xr.Dataset) else stack.enter_context(open(each)) for each in given]
+        for number, source in enumerate(given, 1):
+            if isinstance(source, xr.Dataset):
+                names.append(f"dataset {number}")
+                roots.append(source)
+            else:
+                names.append(str(source))
+                roots.append(stack.enter_context(open(source)))
         return join_datasets(roots, names, holes=join == "outer", scalars=scalars)
 
 
@@ -287,8 +297,10 @@ def read_campaign(campaign: Campaign) -> Manifest:
         text = as_toml(given)
     except TypeError as error:
         raise ManifestError.in_file(DICT, remark=str(error)) from None
-    named = {key: names for key, names in files_in_campaign(given).items() if key not in frames}
-    beside = {key: BETWEEN.join(read_text(Path(name)) for name in names) for key, names in named.items()}
+    beside = {}
+    for key, names in files_in_campaign(given).items():
+        if key not in frames:
+            beside[key] = BETWEEN.join(read_text(Path(name)) for name in names)
     return parse_manifest(DICT, text, beside | frames)
 
 

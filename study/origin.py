@@ -70,7 +70,8 @@ def blas() -> str:
 
     loaded = (each for each in threadpoolctl.threadpool_info() if each["user_api"] == "blas")
     facts = ((each["internal_api"], each["version"], each.get("architecture")) for each in loaded)
-    return ", ".join(sorted({" ".join(str(fact) for fact in each if fact) for each in facts}))
+    texts = {" ".join(map(str, filter(None, library))) for library in facts}
+    return ", ".join(sorted(texts))
 
 
 def _mpi() -> str:
@@ -78,7 +79,9 @@ def _mpi() -> str:
     mpi: Any = sys.modules.get("mpi4py.MPI")
     if mpi is None or mpi.Is_finalized() or mpi.COMM_WORLD.Get_size() == 1:
         return ""
-    return " ".join(str(mpi.Get_library_version()).replace("\0", "").split("\n", maxsplit=1)[0].split())
+    version = str(mpi.Get_library_version()).replace("\0", "")
+    first_line = version.split("\n", maxsplit=1)[0]
+    return " ".join(first_line.split())
 
 
 def user() -> str:
@@ -217,7 +220,8 @@ def arithmetic() -> dict[str, str]:
 def source_files() -> tuple[Path, ...]:
     """The files that decide results."""
     solver = (path for folder in _folders(PACKAGE) for path in Path(folder).rglob("*.py"))
-    return (*solver, *(Path(os.path.realpath(_locate_package(module).origin or "")) for module in BRIDGE))
+    bridge = [os.path.realpath(_locate_package(module).origin or "") for module in BRIDGE]
+    return (*solver, *map(Path, bridge))
 
 
 @lru_cache(maxsize=1)
@@ -252,7 +256,11 @@ def stemming(*parts: Origins) -> Origins:
 def from_data(found: Iterable[Mapping[str, str]]) -> Origins:
     """Origins from plain data; missing entries are unknown."""
     known = {item.name for item in fields(Origin)}
-    return tuple(Origin(**{name: fact for name, fact in each.items() if name in known}) for each in found)
+    origins = []
+    for entry in found:
+        facts = {name: fact for name, fact in entry.items() if name in known}
+        origins.append(Origin(**facts))
+    return tuple(origins)
 
 
 def foreign(origins: Origins, home: Origin) -> bool:
@@ -277,8 +285,11 @@ def mixture(counts: Mapping[Origin, int]) -> str:
     first = next(iter(counts), NOBODY)
     if all(origin == first or origin.same_bits(first) for origin in counts):
         return ""
-    one = len({origin.arithmetic for origin in counts}) == 1
-    said = {origin: f"{origin}" if one else f"{origin}, {origin.arithmetic}" for origin in counts}
-    parts = (f"{counts[origin]} of {said[origin]}" for origin in sorted(counts, key=lambda each: (-counts[each], each)))
-    what = "processors" if len({origin.deciding for origin in counts}) == 1 else "software"
+    said = {origin: f"{origin}, {origin.arithmetic}" for origin in counts}
+    if len({origin.arithmetic for origin in counts}) == 1:
+        said = {origin: f"{origin}" for origin in counts}
+    frequent = sorted(counts, key=lambda origin: (-counts[origin], origin))
+    parts = (f"{counts[origin]} of {said[origin]}" for origin in frequent)
+    deciding = {origin.deciding for origin in counts}
+    what = "processors" if len(deciding) == 1 else "software"
     return f"results of different {what}: " + "; ".join(parts)

@@ -48,8 +48,8 @@ class PointLabels(NamedTuple):
 
     def parameters(self, point: AxisValues) -> dict[str, Value]:
         """The labels of a case by name, standard labels first."""
-        given = dict(zip(self.names, point, strict=True))
-        found = {name: self.standard.get(name, given.get(name)) for name in (*STANDARD, *self.names)}
+        values = {**dict(zip(self.names, point, strict=True)), **self.standard}
+        found = {name: values.get(name) for name in (*STANDARD, *self.names)}
         return {name: value for name, value in found.items() if value is not None}
 
 
@@ -133,8 +133,9 @@ class _Expansion:
     def _id(self, case: Case | None, point: AxisValues) -> str:
         if case is not None:
             return content_hash("case", self._texts(case), length=12)
-        given = {**Case.of({}).flat, **self._manifest.fixed, **dict(zip(self._labels.names, point, strict=True))}
-        return content_hash("case", naming(given), length=12)
+        varying = dict(zip(self._labels.names, point, strict=True))
+        settings = {**Case.of({}).flat, **self._manifest.fixed, **varying}
+        return content_hash("case", naming(settings), length=12)
 
 
 def naming(parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -161,13 +162,18 @@ def parse_value(key: str, text: str, scales: Scales | None) -> Value:
     given = number_or_text(text.lower() if text.lower() in ("true", "false") else text)
     name, of_cases, of_drives = names_by_word().get(key, key), parameters_of_a_case(), drive_parameters()
     stated = of_drives.get(name) or of_cases.get(name)
-    value: Value = plain(key, given, stated, scales if name in of_cases else None) if stated else given
+    if not stated:
+        return given
+    value: Value = plain(key, given, stated, scales if name in of_cases else None)
     return value
 
 
 def tables() -> dict[str, tuple[str, ...]]:
     """Table of a manifest -> the keys of it that a single case can be given."""
-    others = {table: tuple(key for key in keys if key not in names_by_word()) for table, keys in OTHER_TABLES.items()}
+    words = names_by_word()
+    others = {}
+    for table, keys in OTHER_TABLES.items():
+        others[table] = tuple(key for key in keys if key not in words)
     return {table: table_words(table) for table in TABLES} | others
 
 
@@ -183,13 +189,14 @@ def make_campaign(given: Mapping[str, str], contact: bool = False, drive: bool =
     values = {key: number_or_text(text) for key, text in given.items()}
     if wrong:
         raise ManifestError(
-            Problem(Place(), key_shown(key), values[key], remark=remark) for key, remark in wrong.items()
+            [Problem(Place(), key_shown(key), values[key], remark=remark) for key, remark in wrong.items()]
         )
     content: dict[str, dict[str, Value]] = {_DRIVES: {}} if drive else {}
     for key, value in values.items():
         content.setdefault(places[key], {})[key] = value
     drives = {_DRIVES: [content.pop(_DRIVES)]} if _DRIVES in content else {}
-    stages = STAGES[: 1 if contact else 3 if drives else 2]
+    count = 3 if drives else 2
+    stages = STAGES[: 1 if contact else count]
     return {"title": "One case", "stages": list(stages), **content, **drives}
 
 

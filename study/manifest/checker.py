@@ -91,23 +91,19 @@ def read_table(path: Path, given: str | None) -> CaseTable:
         need = "a header of parameters, as intrinsic_friction,radius"
         raise ManifestError.in_file(path, need, line=lines[0][0])
     file = Place(str(path))
-    problems = [
-        Problem(file, f"column {quote_toml(word)}", remark=unknown(word, axes()))
-        for word in header
-        if word not in axes()
-    ]
+    strangers = [word for word in header if word not in axes()]
+    problems = [Problem(file, f"column {quote_toml(word)}", remark=unknown(word, axes())) for word in strangers]
     problems += [Problem(file, f"column {word}", need="to appear once") for word in axes() if header.count(word) > 1]
-    problems += [
-        Problem(Place(str(path), line), f"{len(row)} values", need=f"{len(header)}, one for each column")
-        for line, row in lines[1:]
-        if len(row) != len(header)
-    ]
+    need = f"{len(header)}, one for each column"
+    for line, row in lines[1:]:
+        if len(row) != len(header):
+            problems.append(Problem(Place(str(path), line), f"{len(row)} values", need=need))
     if problems:
         raise ManifestError(problems)
-    columns: GivenColumns = {
-        word: [Given(Place(str(path), line), word, _cell_value(word, row[position].strip())) for line, row in lines[1:]]
-        for position, word in enumerate(header)
-    }
+    columns: dict[str, list[Given]] = {}
+    for position, word in enumerate(header):
+        cells = [(Place(str(path), line), row[position].strip()) for line, row in lines[1:]]
+        columns[word] = [Given(place, word, _cell_value(word, cell)) for place, cell in cells]
     return CaseTable(text, columns)
 
 
@@ -139,11 +135,14 @@ def read_rows(word: str, path: Path, given: str | None) -> FileRows:
     value = tuple(good.values())
     whole = find_refusal(make_case, {word: value})
     if not value or whole:
-        last = {} if needs else {lines[-1][0]: whole.need if value and whole else "numbers below its header"}
+        last: dict[int, str] = {}
+        if not needs:
+            last[lines[-1][0]] = whole.need if value and whole else "numbers below its header"
         needs |= _needs_by_line(word, good) or last
     if needs:
-        cells_of = {line: quote_toml(",".join(cells)) for line, cells in lines}
-        raise ManifestError(Problem(Place(str(path), line), cells_of[line], need=needs[line]) for line in sorted(needs))
+        shown = {line: quote_toml(",".join(cells)) for line, cells in lines}
+        wrong = sorted(needs)
+        raise ManifestError([Problem(Place(str(path), line), shown[line], need=needs[line]) for line in wrong])
     return FileRows(text, value)
 
 
@@ -159,16 +158,15 @@ def read_legs(path: Path, given: str | None, units: tuple[float, float]) -> File
         rows = source.rows(places)
         if rows.holes or source.left_out.number or source.below:
             raise InvalidInput("legs", ABSENT, "two numbers in each line")
-        scales = [
-            _scale_of(source.columns[place], *each)
-            for place, each in zip(places, zip("mN", units, strict=True), strict=True)
-        ]
-        return FileRows(text, LoadPath(legs=tuple(map(tuple, (rows.values.T * scales).tolist()))).legs)
+        named = [source.columns[place] for place in places]
+        scales = [_column_scale(column, unit, size) for column, unit, size in zip(named, "mN", units, strict=True)]
+        legs = (rows.values.T * scales).tolist()
+        return FileRows(text, LoadPath(legs=tuple(map(tuple, legs))).legs)
     except InvalidInput as error:
         raise ManifestError.in_file(path, remark=str(error)) from None
 
 
-def _scale_of(column: FileColumn, unit: str, size: float) -> float:
+def _column_scale(column: FileColumn, unit: str, size: float) -> float:
     """Factor from a column's unit, if it has one, to multiples of a size in this SI unit. Raises InvalidInput."""
     if column.unit in ("", "1", "-"):
         return 1.0
@@ -193,10 +191,12 @@ def parse_loads(given: Any, unit: float) -> Any:
     unit: normal_load in N.
     """
     require("load", given, isinstance(given, list), "a list of loads along a path; the load on the pin is normal_load")
-    found = [plain("load", each, Parameter("load", unit="N")) for each in given]
-    for each, load in zip(given, found, strict=True):
-        require("load", each, each is load or math.isfinite(unit), ONE_LOAD)
-    return [load if each is load else load / unit for each, load in zip(given, found, strict=True)]
+    found = [plain("load", value, Parameter("load", unit="N")) for value in given]
+    loads = []
+    for value, load in zip(given, found, strict=True):
+        require("load", value, value is load or math.isfinite(unit), ONE_LOAD)
+        loads.append(load if value is load else load / unit)
+    return loads
 
 
 def _needs_by_line(word: str, given: Mapping[int, Any]) -> dict[int, str]:
@@ -320,10 +320,12 @@ class Checker:
     def plain(self, columns: GivenColumns, sizes: SceneSizes) -> GivenColumns:
         """Columns with numbers in place of values with units; invalid ones are refused."""
         stated = parameters_of_a_case()
-        return {
-            word: [each for each in map(partial(self._plain, stated[names_by_word()[word]], sizes), given) if each]
-            for word, given in columns.items()
-        }
+        numbers: dict[str, list[Given]] = {}
+        for word, given in columns.items():
+            parameter = stated[names_by_word()[word]]
+            values = [self._plain(parameter, sizes, value) for value in given]
+            numbers[word] = [value for value in values if value]
+        return numbers
 
     def _plain(self, stated: Parameter, sizes: SceneSizes | None, given: Given) -> Given | None:
         try:
@@ -338,11 +340,16 @@ class Checker:
             return None
         return given._replace(value=value)
 
-    def in_si(self, where: str, content: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:
+    def to_si(self, where: str, content: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:
         """Entries of a table in SI, with numbers in the units of their keys; invalid ones are refused."""
-        given = {key: Given(self.place(where), key, value) for key, value in content.items()}
-        found = {key: self._plain(known[key], None, each) if key in known else each for key, each in given.items()}
-        return {key: each.value for key, each in found.items() if each}
+        found = {}
+        for key, value in content.items():
+            entry: Given | None = Given(self.place(where), key, value)
+            if entry and key in known:
+                entry = self._plain(known[key], None, entry)
+            if entry:
+                found[key] = entry.value
+        return found
 
     def values(self, columns: GivenColumns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Any, ...]]:
         """Values in their declared type, by field name. Values out of range are refused and left out.
@@ -353,10 +360,10 @@ class Checker:
         values: dict[str, list[Any]] = {}
         for word, given in columns.items():
             name = names_by_word()[word]
-            typed, values[name] = _typed(name, slabs), []
+            convert, values[name] = _converter(name, slabs), []
             for each in given:
                 try:
-                    values[name].append(typed(each.value))
+                    values[name].append(convert(each.value))
                 except InvalidInput as error:
                     self.problems.append(each.problem(error.need))
         return {name: tuple(found) for name, found in values.items()}
@@ -379,12 +386,12 @@ class Checker:
         return good
 
 
-def _typed(name: str, slabs: list[dict[str, Value]]) -> Callable[[Any], Any]:
+def _converter(name: str, slabs: list[dict[str, Value]]) -> Callable[[Any], Any]:
     """Function that converts a value of a parameter to its declared type. It raises InvalidInput if no slab takes the value."""
     alike = Alike({}, (name,)) if name in declared(Case) else None  # fast: a table has millions of values
     limited = name in (*LIMITED_BY_SCHEME, *BY_ROWS, *SCHEMES.settings())
 
-    def typed(value: Any) -> Any:
+    def convert(value: Any) -> Any:
         if value is None or isinstance(value, FileName):
             return value
         if alike and not limited:
@@ -395,7 +402,7 @@ def _typed(name: str, slabs: list[dict[str, Value]]) -> Callable[[Any], Any]:
                 return make_case({**slab, name: value}).flat[name]
         return make_case({**last, name: value}).flat[name]
 
-    return typed
+    return convert
 
 
 # Read the files that a campaign names: its table of cases, and parameters that are files.
@@ -480,7 +487,9 @@ class NamedFiles(Checker):
         self, read: Callable[[Path, str | None], ReadContent], key: str, name: str, number: int | None = None
     ) -> ReadContent | None:
         """Contents of the file of a key, or of its text, one of several; None if refused."""
-        texts = None if self.beside is None else [self.beside[key]] if key in self.beside else []
+        texts = None
+        if self.beside is not None:
+            texts = [self.beside[key]] if key in self.beside else []
         if texts and number is not None:
             texts = texts[0].split(BETWEEN)[number:]
         if texts == []:

@@ -48,7 +48,8 @@ class Key:
     @property
     def place(self) -> str:
         """Table and word in a campaign."""
-        table = f"[[{self.table}]] " if self.table == "drives" else f"[{self.table}] " if self.table else ""
+        brackets = "[[{}]] " if self.table == "drives" else "[{}] "
+        table = brackets.format(self.table) if self.table else ""
         return f"{table}{self.word}" + (f", with {self.only}" if self.only else "")
 
     @property
@@ -75,7 +76,10 @@ def _unit(key: Key) -> str:
 def find_key(name: str) -> Key | None:
     """The key of this word, name or symbol, in Greek or Latin letters; None without one."""
     found = [key for key in keys() if name in (key.word, key.name)]
-    return next(iter(found or with_symbol(name, {key: key.stated.symbol for key in keys()})), None)
+    if found:
+        return found[0]
+    symbols = {key: key.stated.symbol for key in keys()}
+    return next(iter(with_symbol(name, symbols)), None)
 
 
 def key_text(key: Key) -> str:
@@ -99,7 +103,10 @@ def text_of_table(name: str) -> str:
     name."""
     name = name.strip("[]")
     table = "drives" if name == "drive_axes" else name
-    own = (key for key in keys() if (key.word in axes() if table == "axes" else table and key.table == table))
+    if table == "axes":
+        own = [key for key in keys() if key.word in axes()]
+    else:
+        own = [key for key in keys() if table and key.table == table]
     lines = [f"{key.word}: {key.stated.long_name}" for key in own]
     return "\n  ".join([f"[{name}]", *lines]) if lines else ""
 
@@ -122,17 +129,22 @@ def _keys() -> Iterator[Key]:
 
 
 def _key(kind: type, name: str, table: str, stated: Parameter, hint: Any, value: Any) -> Key:
-    word, value = stated.word or name, stated.si if value is MISSING and table in ("scales", "drives") else value
-    only = next((member for family in FAMILIES.values() for member, own in family.items() if own is kind), "")
-    default, unless = f'"{AUTO}"' if name == "duration" else "needed" if value is MISSING else _text(value), ""
+    word = stated.word or name
+    if value is MISSING and table in ("scales", "drives"):
+        value = stated.si
+    members = (member for family in FAMILIES.values() for member, own in family.items() if own is kind)
+    only = next(members, "")
+    default, unless = "needed" if value is MISSING else _text(value), ""
+    if name == "duration":
+        default = f'"{AUTO}"'
     if only in SCHEMES and default == "none":
         default, unless = _text(Slab(scheme=only).flat[name]), "at n_x = 129"
     if table == "limits":
         default, unless = (f"{LIMITS[name]:g}", "without any limit") if name in LIMITS else ("none", "")
-    return Key(word, name, table, only, stated, _allowed(name, word, stated, hint), default, unless)
+    return Key(word, name, table, only, stated, _need(name, word, stated, hint), default, unless)
 
 
-def _allowed(name: str, word: str, stated: Parameter, hint: Any) -> str:
+def _need(name: str, word: str, stated: Parameter, hint: Any) -> str:
     if stated.need and not stated.columns:
         return stated.need
     words = FAMILIES[name].keys() if name in FAMILIES else field_choices(hint)

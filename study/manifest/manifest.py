@@ -145,10 +145,13 @@ def drive_parameters() -> Mapping[str, Parameter]:
 
 def drive_sizes(given: Mapping[str, Sequence[Any]]) -> list[str]:
     """Pin mass, spring, damping and stage velocity of drives in SI, as `m = 500 g`; missing ones are left out."""
-    stated = {name: each for name, each in drive_parameters().items() if each.symbol}
-    found = {name: [each for each in given.get(name, ()) if math.isfinite(each)] for name in stated}
-    units = {name: "" if each.unit == "1" else as_written(each.unit) for name, each in stated.items()}
-    return [f"{stated[name].symbol} = {span(values, units[name])}" for name, values in found.items() if values]
+    lines = []
+    for name, stated in drive_parameters().items():
+        values = [value for value in given.get(name, ()) if math.isfinite(value)]
+        if stated.symbol and values:
+            unit = "" if stated.unit == "1" else as_written(stated.unit)
+            lines.append(f"{stated.symbol} = {span(values, unit)}")
+    return lines
 
 
 Stage = Literal["contact", "slip", "dynamics"]
@@ -379,16 +382,19 @@ class Manifest:
     @property
     def paths(self) -> bool:
         """True if its cases follow a path of pin and load."""
-        return not declared(LoadPath).keys().isdisjoint((*self.axes, *self.tables.get("path", ())))
+        keys = (*self.axes, *self.tables.get("path", ()))
+        return not declared(LoadPath).keys().isdisjoint(keys)
 
     @property
     def stated_scales(self) -> Scales | None:
         """Scales that its file gives; None if it gives none."""
         return self.scales if "scales" in from_toml(self.text) else None
 
-    def values_of(self, name: str) -> tuple[Value, ...]:
+    def case_values(self, name: str) -> tuple[Value, ...]:
         """Values of a parameter of cases: the values on its axis, else the common value of all cases."""
-        return self.axes.get(name, (self.fixed.get(name, Case.of({}).flat[name]),))
+        if name in self.axes:
+            return self.axes[name]
+        return (self.fixed.get(name, Case.of({}).flat[name]),)
 
     @property
     def fixed(self) -> dict[str, Value]:

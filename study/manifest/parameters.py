@@ -45,7 +45,13 @@ def with_symbol(word: str, symbols: Mapping[Name, str]) -> list[Name]:
     """The names with this symbol, in Greek or Latin letters: all of it, as `R/L_x`; else without its unit."""
     spelt = spellings(symbols)
     whole = [name for name, each in spelt.items() if word in each]
-    return whole or [name for name, each in spelt.items() if word in {one.partition("/")[0] for one in each}]
+    if whole:
+        return whole
+    found = []
+    for name, words in spelt.items():
+        if word in {spelling.partition("/")[0] for spelling in words}:
+            found.append(name)
+    return found
 
 
 def word_for_symbol(key: str, stated: Mapping[str, Parameter]) -> str:
@@ -255,7 +261,8 @@ def resembles_ball(given: Mapping[str, Any]) -> bool:
 def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequence[Any]]) -> str:
     """Lengths, loads and node spacing in SI of cases with these parameters, in one line."""
     stated = parameters_of_a_case()
-    given = {**{name: (value,) for name, value in {**Case.of({}).flat, **fixed}.items()}, **axes}
+    common = {**Case.of({}).flat, **fixed}
+    given = {**{name: (value,) for name, value in common.items()}, **axes}
     idle = {size for shape, size in PIN_SIZES.items() if shape not in given["pin"]}
     said = [f"L_x = {compact(scales.slab_width, 'm')}"]
     for name in (name for name in stated if stated[name].scale in UNITS and stated[name].symbol and name not in idle):

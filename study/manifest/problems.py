@@ -53,7 +53,7 @@ class Problem:
         value = float(f"{self.value:.10g}") if isinstance(self.value, float) else self.value
         where = self.place.of(self.key) + (f" = {quote_toml(value)}" if given else "")
         parts = (where, "missing" if missing else "", self.remark, self.need and f"needs {self.need}")
-        return escaped(": ".join(filter(None, parts)))
+        return escape(": ".join(filter(None, parts)))
 
 
 class ManifestError(NanoslipError):
@@ -71,7 +71,8 @@ class ManifestError(NanoslipError):
     @classmethod
     def in_file(cls, path: Path, need: str = "", remark: str = "", line: int | None = None) -> "ManifestError":
         """An error of a single problem with a whole file, or with a line of it."""
-        return cls([Problem(Place(path_shown(path), "" if line is None else line), "", ABSENT, need, remark)])
+        place = Place(path_shown(path), "" if line is None else line)
+        return cls([Problem(place, "", ABSENT, need, remark)])
 
     def drop_places(self) -> "ManifestError":
         """Error without the places of its problems, for keys that were given without a file and without tables."""
@@ -88,14 +89,14 @@ def key_shown(key: str) -> str:
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) and len(key) <= SHOWN else quote_toml(key)
 
 
-def escaped(text: str) -> str:
+def escape(text: str) -> str:
     """A text on one line, with control characters and changes of writing direction escaped."""
     return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
 
 
 def path_shown(path: Path) -> str:
     """A path as one printable line of at most LONGEST_PATH characters."""
-    text = escaped(str(path))
+    text = escape(str(path))
     return text if len(text) <= LONGEST_PATH else text[: LONGEST_PATH - 3] + "..."
 
 
@@ -111,13 +112,15 @@ def suggestion_remark(word: str, allowed: Collection[str]) -> str:
     symbol = word_for_symbol(word, {**parameters_of_a_case(), **parameters_of_a_drive()})
     if symbol == word and (how := otherwise(word)):
         return how
-    near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
-    meant = symbol if symbol != word else key_meant(word) or ("" if missing_physics(word) else "".join(near))
-    if meant:
-        return f"unknown; did you mean {meant}" + (
-            f", which {_home(meant)}?" if meant not in allowed and _home(meant) else "?"
-        )
-    return missing_physics(word)
+    meant = symbol
+    if symbol == word:
+        meant = key_meant(word)
+    if not meant and not missing_physics(word):
+        meant = "".join(difflib.get_close_matches(word[:SHOWN], allowed, 1))
+    if not meant:
+        return missing_physics(word)
+    home = "" if meant in allowed else _home(meant)
+    return f"unknown; did you mean {meant}" + (f", which {home}?" if home else "?")
 
 
 def _home(word: str) -> str:

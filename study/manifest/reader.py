@@ -109,7 +109,9 @@ def read_drives(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Dri
         checker.refuse(AXES, remark=f"{count} drives", need=f"at most {MOST_CASES}")
         return Drives()
     points = [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
-    found = [[_driven(table, point, scales) for point in points] for table in tables]
+    found = []
+    for table in tables:
+        found.append([_make_drive(table, point, scales) for point in points])
     for table, drives in zip(tables, found, strict=True):
         if all(drive.drive is None for drive in drives):
             _refuse_table(checker, table, drives[0])
@@ -129,7 +131,7 @@ def _tables(checker: Checker, top: Mapping[str, Any], axes: Mapping[str, Any]) -
         for key in (key for key in content if key in axes):
             checker.refuse(key, need="one place", remark=f"is in [{AXES}] too", table=where)
         entries = {"name": DEFAULT} | {key: value for key, value in content.items() if key not in axes}
-        table = _table(checker, where, checker.in_si(where, entries, drive_parameters()))
+        table = _table(checker, where, checker.to_si(where, entries, drive_parameters()))
         if table.name in found:
             checker.refuse("name", table.name, "its own", "is another drive's name too", where)
         found[table.name] = table
@@ -144,7 +146,7 @@ def _table(checker: Checker, where: str, content: dict[str, Any]) -> _Table:
     alone = {key: value for key, value in content.items() if key not in last}
     good = checker.valid(where, alone, NamedDrive.of, ("name", *drive_parameters()), name="-")
     for key, value in list(last.items()):
-        if wrong := find_refusal(_typed, key, value):
+        if wrong := find_refusal(_drive_value, key, value):
             checker.refuse(key, value, wrong.need, table=where)
             del last[key]
     if alone.keys() - good and (wrong := find_refusal(only_length, alone)):  # else all of the table says it
@@ -163,20 +165,20 @@ def _values(checker: Checker, key: str, values: list[Any]) -> Iterator[Value]:
     seen: set[Value] = set()
     for index, entry in enumerate(values):
         place = f"{key}[{index}]"
-        number = checker.in_si(AXES, {place: entry}, {place: drive_parameters()[key]})
+        number = checker.to_si(AXES, {place: entry}, {place: drive_parameters()[key]})
         if place not in number:
             continue
         given = number[place]
-        if wrong := find_refusal(_typed, key, given):
+        if wrong := find_refusal(_drive_value, key, given):
             checker.refuse(place, given, wrong.need, table=AXES)
             continue
-        if (value := _typed(key, given)) in seen:
+        if (value := _drive_value(key, given)) in seen:
             checker.refuse(place, given, "each value once", "is there twice", AXES)
         seen.add(value)
         yield value
 
 
-def _typed(key: str, value: Any) -> Value:
+def _drive_value(key: str, value: Any) -> Value:
     """Convert a single value of a drive to its declared type. Raises InvalidInput."""
     require(key, value, value != AUTO, "a number on an axis")
     if key == INTEGRATORS.word:
@@ -191,12 +193,13 @@ def _typed(key: str, value: Any) -> Value:
 _LONGEST: Final = drive_parameters()["duration"].most
 
 
-def _driven(table: _Table, point: dict[str, Value], scales: Scales) -> CampaignDrive:
+def _make_drive(table: _Table, point: dict[str, Value], scales: Scales) -> CampaignDrive:
     given = {**table.entries, **point}
     try:
         drive = NamedDrive.of(table.name, **given)
     except InvalidInput as error:
-        settings = {**_DEFAULTS.flat, **({"duration": None} if {PERIODS, TRAVEL} & given.keys() else {}), **given}
+        lasting = {"duration": None} if {PERIODS, TRAVEL} & given.keys() else {}
+        settings = {**_DEFAULTS.flat, **lasting, **given}
         return CampaignDrive(table.name, point, settings, None, refused=error)
     if wrong := find_refusal(drive.dimensionless, scales):
         return CampaignDrive(table.name, point, drive.flat, None, refused=wrong)
@@ -208,7 +211,8 @@ _DEFAULTS: Final = NamedDrive(DEFAULT)
 
 def _refuse_table(checker: Checker, table: _Table, first: CampaignDrive) -> None:
     if wrong := first.refused:
-        checker.refuse(wrong.key, wrong.value, wrong.need, table=AXES if wrong.key in first.point else table.where)
+        where = AXES if wrong.key in first.point else table.where
+        checker.refuse(wrong.key, wrong.value, wrong.need, table=where)
 
 
 def _refuse_values(checker: Checker, axes: Mapping[str, tuple[Value, ...]], drives: Sequence[CampaignDrive]) -> None:
@@ -237,20 +241,29 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
 
 def manifest_hash(text: str, files: Mapping[str, str]) -> str:
     """Hash (SHA-256) of the text of a campaign file, followed by the texts of its files in `FILE_KEYS`."""
-    return hashlib.sha256("".join([text, *(files[key] for key in FILE_KEYS if key in files)]).encode()).hexdigest()
+    texts = [files[key] for key in FILE_KEYS if key in files]
+    return hashlib.sha256("".join([text, *texts]).encode()).hexdigest()
 
 
 def files_in_campaign(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
     """The files that the content of a campaign names, by the keys that name them; of an axis several."""
-    named: dict[str, list[Any]] = {key: [campaign.get(key)] for key in FILE_KEYS if key not in file_parameters()}
+    single = [key for key in FILE_KEYS if key not in file_parameters()]
+    named: dict[str, list[Any]] = {key: [campaign.get(key)] for key in single}
     for word, stated in file_parameters().items():
         tables = (campaign.get(table) for table in (stated.table, "axes"))
         given = [table[word] for table in tables if isinstance(table, Mapping) and word in table]
         names = given[0] if given and isinstance(given[0], list) else given
-        named[word] = [name.get("file") if isinstance(name, Mapping) else name for name in names]
-    found = {key: [str(name) for name in names if isinstance(name, str | PathLike)] for key, names in named.items()}
+        named[word] = [_file_name(value) for value in names]
+    found = {}
+    for key, names in named.items():
+        found[key] = [str(name) for name in names if isinstance(name, str | PathLike)]
     found["roughness"] = [name for name in found["roughness"] if name != SMOOTH]
     return {key: names for key, names in found.items() if names}
+
+
+def _file_name(value: Any) -> Any:
+    """The file of a value that names one, as text or as a table with more about it."""
+    return value.get("file") if isinstance(value, Mapping) else value
 
 
 def _document(path: Path, text: str) -> dict[str, Any]:
@@ -338,6 +351,7 @@ class _Reader(NamedFiles):
         outputs = self._outputs(top.get("outputs", {}), stages)
         driven = read_drives(self, top, scales)
         pulled = driven if "dynamics" in stages else Drives()
+        names = tuple(dict.fromkeys(drive.name for drive in driven.drives))
         result = Manifest(
             path=self.path,
             text=text,
@@ -352,7 +366,7 @@ class _Reader(NamedFiles):
             scales=scales,
             drives=pulled.drives,
             drive_axes=pulled.axes,
-            drives_left_out=() if pulled.drives else tuple(dict.fromkeys(drive.name for drive in driven.drives)),
+            drives_left_out=() if pulled.drives else names,
             outputs=outputs,
             ensemble=_ensemble(self, top, stages, outputs.tractions),
             about=About(**self.valid("about", top.get("about", {}), About)),
@@ -392,9 +406,10 @@ class _Reader(NamedFiles):
         columns: of its table of cases.
         """
         stated = declared(Scales)
-        content = self.in_si("scales", top.get("scales", {}), {**stated, YOUNG: YOUNG_MODULUS})
+        content = self.to_si("scales", top.get("scales", {}), {**stated, YOUNG: YOUNG_MODULUS})
         if YOUNG in content:
-            modulus, poisson = content.pop(YOUNG), top.get("constants", {}).get("poisson", Slab().poisson)
+            modulus = content.pop(YOUNG)
+            poisson = top.get("constants", {}).get("poisson", Slab().poisson)
             if "shear_modulus" in content or "poisson" in {*top.get("axes", {}), *columns}:
                 need = "one Poisson's ratio, and no shear_modulus beside it"
                 self.refuse(YOUNG, modulus, need, table="scales")
@@ -436,7 +451,8 @@ class _Reader(NamedFiles):
         given = top.get("stages", list(STAGES if "drives" in top or AXES in top else STAGES[:2]))
         if not given or given != list(STAGES[: len(given)]):
             self.refuse("stages", given, f"{TOP_LEVEL['stages'][1]}: each stage needs the ones before it")
-            return tuple(STAGES[: max((number for number, each in enumerate(STAGES, 1) if each in given), default=3)])
+            known = [number for number, stage in enumerate(STAGES, 1) if stage in given]
+            return tuple(STAGES[: max(known, default=3)])
         if "dynamics" in given and not (top.get("drives") or top.get(AXES)):
             self.refuse("drives", None, f'at least one [[drives]] or [{AXES}], for stage "dynamics"')
         return STAGES[: len(given)]
@@ -465,10 +481,10 @@ class _Reader(NamedFiles):
     def _axes(self, top: dict[str, Any], sizes: SceneSizes) -> GivenColumns:
         if top.get("design") in SAMPLED:
             return sample_axes(self, top, sizes)
-        listed = {
-            word: [Given(self.place("axes"), f"{word}[{index}]", value) for index, value in enumerate(values)]
-            for word, values in self.lists("axes", top.get("axes", {}), axes())
-        }
+        place = self.place("axes")
+        listed: dict[str, list[Given]] = {}
+        for word, values in self.lists("axes", top.get("axes", {}), axes()):
+            listed[word] = [Given(place, f"{word}[{index}]", value) for index, value in enumerate(values)]
         return self.plain(listed, sizes)
 
 
@@ -480,16 +496,17 @@ def sample_axes(checker: Checker, top: Mapping[str, Any], sizes: SceneSizes) -> 
         if isinstance(value, bool) or not declared(CampaignKeys)[key].holds(value):
             checker.refuse(key, value, TOP_LEVEL[key][1])
             return {}
-    if not any(isinstance(given, dict) for given in top.get("axes", {}).values()):
+    stated = top.get("axes", {})
+    if not any(isinstance(given, dict) for given in stated.values()):
         checker.refuse("design", top["design"], "a range among its axes")
-    every = {word: _range(checker, word, given, sizes) for word, given in top.get("axes", {}).items()}
+    every = {word: _range(checker, word, given, sizes) for word, given in stated.items()}
     ranges = {word: value_at for word, value_at in every.items() if value_at}
     draws = sample_design(top["design"], len(ranges), count, seed) if ranges else ()
-    columns = zip(*draws, strict=True)
-    return {
-        word: [Given(checker.place("axes"), word, value_at(float(share))) for share in column]
-        for (word, value_at), column in zip(ranges.items(), columns, strict=False)
-    }
+    place = checker.place("axes")
+    columns = {}
+    for (word, value_at), shares in zip(ranges.items(), zip(*draws, strict=True), strict=False):
+        columns[word] = [Given(place, word, value_at(float(share))) for share in shares]
+    return columns
 
 
 def _range(checker: Checker, word: str, given: Any, sizes: SceneSizes) -> Callable[[float], Any] | None:
@@ -507,14 +524,22 @@ def _range(checker: Checker, word: str, given: Any, sizes: SceneSizes) -> Callab
     values: list[Any] = [each.value for each in columns[word]]
     if len(values) < len(ends):
         return None
-    wrong = "" if listed else _range_need(names_by_word()[word], values[0], values[1], given.get("scale", "linear"))
+    wrong = ""
+    if not listed:
+        wrong = _range_need(names_by_word()[word], values[0], values[1], given.get("scale", "linear"))
     if wrong:
         checker.refuse(word, given, wrong, table="axes")
         return None
     if listed:
         return lambda share: values[int(share * len(values))]
-    low, high = values
-    return (lambda s: low * (high / low) ** s) if given.get("scale") == "log" else (lambda s: low + s * (high - low))
+    return _interpolation(values[0], values[1], given.get("scale", "linear"))
+
+
+def _interpolation(low: float, high: float, scale: str) -> Callable[[float], float]:
+    """Function from a number in [0, 1) to a number of a range."""
+    if scale == "log":
+        return lambda share: low * (high / low) ** share
+    return lambda share: low + share * (high - low)
 
 
 def _range_need(name: str, low: Any, high: Any, scale: Any) -> str:
@@ -546,9 +571,10 @@ def _slabs(numerics: GivenColumns) -> list[dict[str, Value]]:
 
     A scheme setting or an n_x that fits no slab of this list fits no case.
     """
-    given = {word: [each.value for each in numerics.get(word, [])] for word in ("n_x", "scheme")}
-    schemes = [{"scheme": scheme} for scheme in given["scheme"] if not find_refusal(make_case, {"scheme": scheme})]
-    return [_finest(scheme, given["n_x"]) for scheme in schemes or [{}]]
+    counts = [given.value for given in numerics.get("n_x", [])]
+    names = [given.value for given in numerics.get("scheme", [])]
+    schemes = [{"scheme": name} for name in names if not find_refusal(make_case, {"scheme": name})]
+    return [_finest(scheme, counts) for scheme in schemes or [{}]]
 
 
 def _finest(scheme: dict[str, Value], sizes: list[Any]) -> dict[str, Value]:
@@ -591,7 +617,8 @@ def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:
 
 def _with_depth(top: Mapping[str, Any], scales: dict[str, Any]) -> dict[str, Any]:
     """Scales with the depth of planes of nodes, which are squares, where none is given and no row of nodes has it, too."""
-    scheme = top.get("numerics", {}).get("scheme", top.get("axes", {}).get("scheme"))
+    axis = top.get("axes", {}).get("scheme")
+    scheme = top.get("numerics", {}).get("scheme", axis)
     schemes = scheme if isinstance(scheme, list) else [scheme]
     planar = all(isinstance(each, str) and each in SCHEMES and SCHEMES[each].planar for each in schemes)
     return {"slab_depth": scales.get("slab_width", Scales().slab_width), **scales} if planar else scales
@@ -624,12 +651,12 @@ def read_effect_switches(manifest: Manifest) -> dict[str, str]:
     """Every effect that a manifest can switch -> its setting here: `on`, `off`, or values that differ from case to case or drive
     to drive."""
     found = {name: _word(name in manifest.stages) for name in ("slip", "dynamics")}
-    found |= {name: _joint(map(_word, manifest.values_of(name))) for name in declared(Effects)}
-    schemes = [SCHEMES[str(scheme)] for scheme in manifest.values_of("scheme")]
+    found |= {name: _joint(map(_word, manifest.case_values(name))) for name in declared(Effects)}
+    schemes = [SCHEMES[str(scheme)] for scheme in manifest.case_values("scheme")]
     found["finite slab (scheme)"] = _joint(_word(not scheme.bottomless) for scheme in schemes)
-    found["spread of μ_i"] = _spread(manifest.values_of("spread"))
+    found["spread of μ_i"] = _spread(manifest.case_values("spread"))
     found["load path"] = _word(manifest.paths)
-    found["roughness of the pin"] = _word(any(manifest.values_of("roughness")))
+    found["roughness of the pin"] = _word(any(manifest.case_values("roughness")))
     drives = [each.drive.in_si for each in manifest.drives if each.drive]
     return found | {name: _joint(map(setting, drives)) for name, setting in _OF_DRIVES.items() if manifest.drives}
 
@@ -644,10 +671,12 @@ _OF_DRIVES: Final[Mapping[str, Callable[[Drive], str]]] = {
 
 
 def _spread(values: Sequence[Value]) -> str:
-    shown = [f"{value:g}" for value in sorted({float(value) for value in values if value})]
+    different = {float(value) for value in values if value}
+    shown = [f"{value:g}" for value in sorted(different)]
     if len(shown) > _MOST:
         shown = [f"{shown[0]} to {shown[-1]}"]
-    return _joint([*shown, *([] if all(values) else ["off"])])
+    off = [] if all(values) else ["off"]
+    return _joint([*shown, *off])
 
 
 _MOST: Final = 6

@@ -80,15 +80,19 @@ class Surface:
 
     def _even(self) -> tuple[Floats, Floats]:
         """Evenly spaced x, (n,), and the heights there less their mean, (lines, n)."""
-        even, mean = np.linspace(self.x[0], self.x[-1], len(self.x)), self.height.mean()
-        return even, np.array([np.interp(even, self.x, line) - mean for line in np.atleast_2d(self.height)])
+        even = np.linspace(self.x[0], self.x[-1], len(self.x))
+        mean = self.height.mean()
+        lines = [np.interp(even, self.x, line) - mean for line in np.atleast_2d(self.height)]
+        return even, np.array(lines)
 
     @property
     def correlation_length(self) -> float:
         """Distance in m along x at which the autocorrelation of the heights first falls below 1/e; NaN where it never does."""
         even, lines = self._even()
-        power = (np.abs(np.fft.rfft(lines, 2 * len(even))) ** 2).mean(axis=0)
-        correlated = np.fft.irfft(power)[: len(even)] / np.arange(len(even), 0, -1)
+        amplitudes = np.abs(np.fft.rfft(lines, 2 * len(even)))
+        power = (amplitudes**2).mean(axis=0)
+        pairs = np.arange(len(even), 0, -1)  # points that far apart
+        correlated = np.fft.irfft(power)[: len(even)] / pairs
         low = np.flatnonzero(correlated < correlated[0] / math.e)
         return float(even[low[0]] - even[0]) if len(low) else math.nan
 
@@ -97,8 +101,11 @@ class Surface:
         """Wavenumbers 2π/λ in 1/m and the power of the heights, in m³; of the profile or lines in a Hann window."""
         even, lines = self._even()
         window, apart = np.hanning(len(even)), float(even[1] - even[0])
-        power = (np.abs(np.fft.rfft(lines * window)) ** 2).mean(axis=0) * apart / (2.0 * np.pi * (window**2).sum())
-        return 2.0 * np.pi * np.fft.rfftfreq(len(even), apart)[1:], 2.0 * power[1:]
+        amplitudes = np.abs(np.fft.rfft(lines * window))
+        norm = 2.0 * np.pi * (window**2).sum()
+        power = (amplitudes**2).mean(axis=0) * apart / norm
+        wavenumbers = 2.0 * np.pi * np.fft.rfftfreq(len(even), apart)[1:]
+        return wavenumbers, 2.0 * power[1:]
 
     def image(self, slab_width: float) -> Image:
         """The heights on their grid, in L_x (m)."""
@@ -126,28 +133,38 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     if matrix or given.y or {"x", "y", "z"} <= {each.name.casefold() for each in source.columns} or _is_xyz(source):
         return _read_image(source, given, stated if matrix else None)
     chosen = [_column(source, _LATERAL, 0), _column(source, _HEIGHT, 1)]
-    across, up = (
-        _scale_of(name, getattr(given, name), source.columns[column]) for name, column in zip("xz", chosen, strict=True)
-    )
+    lateral, vertical = (source.columns[number] for number in chosen)
+    across = _column_scale("x", given.x, lateral)
+    up = _column_scale("z", given.z, vertical)
     rows = source.rows(chosen)
-    far = np.flatnonzero((np.abs(rows.values) * [[across], [up]] > FARTHEST_POINT).any(axis=0))
+    metres = np.abs(rows.values) * [[across], [up]]
+    far = np.flatnonzero((metres > FARTHEST_POINT).any(axis=0))
     if far.size:
         (x, height), line = rows.values[:, far[0]], rows.lines[far[0]]
         raise InvalidInput(
             f"line {line}: x = {x:g}, height = {height:g}: needs both within {FARTHEST_POINT / 1e3:g} km"
         )
     found = columns.one_way(rows, "x", "goes one way, by 1e-12 m at least")
-    if (near := np.flatnonzero(np.diff(found.at) * across < LEAST_APART)).size:
-        before, now = (abs(float(found.at[place])) for place in (near[0], near[0] + 1))
-        line = found.lines[near[0] + 1]
+    near = np.flatnonzero(np.diff(found.at) * across < LEAST_APART)
+    if near.size:
+        first = int(near[0])
+        before, now = np.abs(found.at[first : first + 2]).tolist()
+        line = found.lines[first + 1]
         raise InvalidInput(f"line {line}: x = {now:g} after {before:g}: needs x that goes one way, by 1e-12 m at least")
     turn = slice(None, None, -1 if found.reversed else 1)  # the heights are those from left to right
-    x, height = (-found.at if found.reversed else found.at)[turn] * across, found.others[0][turn] * up
-    x = x - (x[0] + x[-1]) / 2.0
+    along = -found.at if found.reversed else found.at
+    x, height = along[turn] * across, found.others[0][turn] * up
+    x = _centre(x)
     degree = get_args(Detrend).index(given.detrend) - 1
     if degree >= 0:
         height = height - np.polynomial.Polynomial.fit(x, height, degree)(x)
     return Surface(x, height, source, found, rows.holes)
+
+
+def _centre(places: Floats) -> Floats:
+    """Places along an axis from the middle between its ends."""
+    centred: Floats = places - (places[0] + places[-1]) / 2.0
+    return centred
 
 
 def _is_xyz(source: columns.FileColumns) -> bool:
@@ -164,23 +181,25 @@ def _read_image(source: columns.FileColumns, given: NamedSurface, stated: Mappin
     found = _from_columns(source, given) if stated is None else _matrix(source, given, stated)
     height, filled = _fill_holes(found.height, given.missing)
     found = found._replace(height=height)
-    x, y = (axis - (axis[0] + axis[-1]) / 2.0 for axis in (found.xi, found.y))
+    x, y = _centre(found.xi), _centre(found.y)
     degree = get_args(Detrend).index(given.detrend) - 1
     powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
-    terms = np.stack([np.outer((y / y[-1]) ** j, (x / x[-1]) ** i).ravel() for i, j in powers or [(0, 0)]], axis=1)
-    trend = terms @ np.linalg.lstsq(terms, found.height.ravel())[0] if powers else 0.0
-    return Surface(x, (found.height.ravel() - trend).reshape(found.height.shape), source, y=y, filled=filled)
+    along, across = x / x[-1], y / y[-1]
+    terms = [np.outer(across**j, along**i).ravel() for i, j in powers or [(0, 0)]]
+    basis = np.stack(terms, axis=1)
+    trend = basis @ np.linalg.lstsq(basis, found.height.ravel())[0] if powers else 0.0
+    level = (found.height.ravel() - trend).reshape(found.height.shape)
+    return Surface(x, level, source, y=y, filled=filled)
 
 
 def _matrix(source: columns.FileColumns, given: NamedSurface, stated: Mapping[str, str]) -> Image:
     require("x", given.x, not (given.x or given.y), "no unit of x or y of a matrix")
     values = np.array([each.values for each in source.columns]).T
     heights = columns.FileColumn("heights", stated.get("Value units", ""), values)
-    height = values * _scale_of("z", given.z, heights, "m" if given.pixel else "")
-    x, y = (
-        apart * np.arange(float(count))
-        for apart, count in zip(_apart(given.pixel, stated, height.shape[::-1]), height.shape[::-1], strict=True)
-    )
+    height = values * _column_scale("z", given.z, heights, "m" if given.pixel else "")
+    counts = height.shape[::-1]
+    spacings = zip(_apart(given.pixel, stated, counts), counts, strict=True)
+    x, y = (apart * np.arange(float(count)) for apart, count in spacings)
     if source.left_out.number or source.below:
         where = f"line {source.left_out.line}" if source.left_out.number else f"below line {source.lines[-1]}"
         raise InvalidInput(f"{where}: needs {height.shape[1]} heights, as other lines have")
@@ -220,21 +239,22 @@ def _length(key: str, text: str) -> float:
 def _from_columns(source: columns.FileColumns, given: NamedSurface) -> Image:
     lengths = [number for number, each in enumerate(source.columns) if _may_be_length(each)]
     named = {source.columns[number].name.casefold(): number for number in lengths}
-    chosen = [named[name] for name in "xyz"] if {"x", "y", "z"} <= named.keys() else lengths
+    chosen = lengths
+    if {"x", "y", "z"} <= named.keys():
+        chosen = [named[name] for name in "xyz"]
     if len(chosen) != 3:
         raise InvalidInput(f"columns {source}: needs three columns, or the names x, y and z above them")
-    scales = [
-        _scale_of(name, getattr(given, name), source.columns[column])
-        for name, column in zip("xyz", chosen, strict=True)
-    ]
-    x, y, height = (source.columns[column].values for column in chosen)
+    axes = [source.columns[number] for number in chosen]
+    scales = [_column_scale(name, getattr(given, name), column) for name, column in zip("xyz", axes, strict=True)]
+    x, y, height = (column.values for column in axes)
     placed = np.isfinite(x) & np.isfinite(y)
     return _grid_heights(x[placed] * scales[0], y[placed] * scales[1], height[placed] * scales[2])
 
 
 def _grid_heights(x: Floats, y: Floats, height: Floats) -> Image:
     """Heights of points in any order on the grid of their places, NaN where one has none. Raises InvalidInput of no grid."""
-    (along, column), (across, row) = (np.unique(places, return_inverse=True) for places in (x, y))
+    along, column = np.unique(x, return_inverse=True)
+    across, row = np.unique(y, return_inverse=True)
     count = len(along) * len(across)
     if (
         min(len(along), len(across)) < 2
@@ -267,7 +287,7 @@ def _fill_holes(height: Floats, missing: Missing) -> tuple[Floats, int]:
         raise InvalidInput(
             f"image of {height.shape[1]} by {height.shape[0]}: {count} heights are missing, {where}: {need}"
         )
-    return _filled(height, holes), count
+    return _fill_smoothly(height, holes), count
 
 
 SENTINEL_GAP: Final = 10.0
@@ -290,15 +310,14 @@ def _is_sentinel(height: Floats) -> NDArray[np.bool_]:
     return found
 
 
-def _filled(height: Floats, holes: NDArray[np.bool_]) -> Floats:
+def _fill_smoothly(height: Floats, holes: NDArray[np.bool_]) -> Floats:
     """Heights whose Laplacian vanishes in holes: each is the mean of its neighbours in the image."""
     places = np.full(height.shape, -1)
     places[holes] = np.arange(int(holes.sum()))
     rows, columns_, values, right = [], [], [], np.zeros(int(holes.sum()))
     for line, column in np.argwhere(holes).tolist():
         own = int(places[line, column])
-        beside = [(line - 1, column), (line + 1, column), (line, column - 1), (line, column + 1)]
-        inside = [each for each in beside if 0 <= each[0] < height.shape[0] and 0 <= each[1] < height.shape[1]]
+        inside = _neighbours(line, column, height.shape)
         rows.append(own)
         columns_.append(own)
         values.append(float(len(inside)))
@@ -309,13 +328,21 @@ def _filled(height: Floats, holes: NDArray[np.bool_]) -> Floats:
                 rows.append(own)
                 columns_.append(int(places[each]))
                 values.append(-1.0)
-    matrix = scipy.sparse.csc_array((values, (rows, columns_)), shape=(len(right), len(right)))
+    count = len(right)
+    matrix = scipy.sparse.csc_array((values, (rows, columns_)), shape=(count, count))
     whole = height.copy()
     whole[holes] = scipy.sparse.linalg.spsolve(matrix, right)
     return whole
 
 
-def _scale_of(key: str, given: str, column: columns.FileColumn, usual: str = "m") -> float:
+def _neighbours(line: int, column: int, shape: tuple[int, ...]) -> list[tuple[int, int]]:
+    """The places beside one that are in an image: above, below, left and right."""
+    lines, columns_ = shape
+    beside = ((line - 1, column), (line + 1, column), (line, column - 1), (line, column + 1))
+    return [(row, place) for row, place in beside if 0 <= row < lines and 0 <= place < columns_]
+
+
+def _column_scale(key: str, given: str, column: columns.FileColumn, usual: str = "m") -> float:
     """Metres per unit of a column. Raises InvalidInput if its unit is no length and none is given."""
     unit = columns.column_unit(key, given, column, usual)
     require(key, unit, columns.unit_factor(unit, "m") > 0.0, "a unit of length, as nm")

@@ -252,11 +252,12 @@ def drive_steps(drive: Drive, case: Case) -> float:
     """Segments that a drive needs, one for each tooth on the way of its stage, or time steps; step_limit aside."""
     duration = drive_duration(drive, case)
     way = drive.stage_velocity * duration
-    teeth = (
-        way * PIECES / estimate_sizes(case).reach if case.interface.contacts > 1 else way / estimate_sizes(case).step
-    )
+    sizes = estimate_sizes(case)
+    teeth = way * PIECES / sizes.reach if case.interface.contacts > 1 else way / sizes.step
     step: float | None = getattr(drive.integrator, "time_step", None)
-    return duration / step if step else 0.0 if drive.profile == "mean" else teeth
+    if step:
+        return duration / step
+    return 0.0 if drive.profile == "mean" else teeth
 
 
 def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False) -> float:
@@ -389,13 +390,15 @@ def _statistics(task: Task) -> Estimate:
 
 def _states(task: Task) -> Estimate:
     """A record up to the last of its events; solving for the inside of the slab takes as long as condensing it."""
-    case, slab, last = task_case(task), task.slab, min(float(max(task.events)), estimate_sizes(task_case(task)).events)
+    case, slab = task_case(task), task.slab
+    last = min(float(max(task.events)), estimate_sizes(case).events)
     seconds = touch_seconds(case) + (_slide_seconds(case, last) if last else 0.0)
     memory = sliding_bytes(case) if last else contact_bytes(case)
     if not task.subsurface:
         return Estimate(seconds, memory, 6.0 * len(task.events) * slab.nodes)
     inside = len(task.events) * condensation_seconds(slab)
-    return Estimate(seconds + inside, max(memory, _FLOAT * _INNER * slab.n_x), 70.0 * len(task.events) * slab.n_x)
+    memory = max(memory, _FLOAT * _INNER * slab.n_x)
+    return Estimate(seconds + inside, memory, 70.0 * len(task.events) * slab.n_x)
 
 
 def _drive(task: Task) -> Estimate:

@@ -98,16 +98,18 @@ def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> dict[str, s
 def flag_prediction_lines(plan: Plan, outlook: Outlook) -> list[str]:
     """Expected flags of a plan's cases before a run, refused cases excluded."""
     lines = list(flag_lines(outlook.masks, partial(_words, plan)).values())
-    widths = [
-        guess_half_width(each.case) for each, mask in zip(plan.cases, outlook.masks, strict=True) if mask and each.case
-    ]
+    flagged = [each.case for each, mask in zip(plan.cases, outlook.masks, strict=True) if mask and each.case]
+    widths = [guess_half_width(case) for case in flagged]
     if lines:
-        ends, scales = dict.fromkeys(f"{end:.2g}" for end in (min(widths), max(widths))), plan.manifest.stated_scales
-        si = f" ({span([each * scales.slab_width for each in widths], 'm')})" if scales else ""
+        ends = dict.fromkeys(f"{end:.2g}" for end in (min(widths), max(widths)))
+        scales, si = plan.manifest.stated_scales, ""
+        if scales:
+            si = f" ({span([width * scales.slab_width for width in widths], 'm')})"
         lines.append(f"contacts of these cases have half-widths of about {' to '.join(ends)} L_x{si}")
     steep = [number for number, each in enumerate(plan.cases) if each.case and may_create_energy(each.case)]
     if steep and "slip" in plan.manifest.stages:
-        where = ", first ".join(filter(None, (f"{len(steep)} of {len(plan.cases)} cases", _words(plan, steep[0]))))
+        count = f"{len(steep)} of {len(plan.cases)} cases"
+        where = ", first ".join(filter(None, (count, _words(plan, steep[0]))))
         lines.append(f"{DOWNHILL.ending.value}: {where}: {DOWNHILL.message}")
     return [*lines, *out_of_reach(plan).values()]
 
@@ -117,9 +119,11 @@ def _words(plan: Plan, number: int) -> str:
     point = plan.cases[number].parameters
     varying = (name for name, values in plan.manifest.axes.items() if len(values) > 1 and name in point)
     scales = plan.manifest.stated_scales
-    return parameters_text(
-        {name: (scales and si_text(scales, name, point[name])) or label_value(point[name]) for name in varying}
-    )
+    labels = {}
+    for name in varying:
+        in_si = si_text(scales, name, point[name]) if scales else ""
+        labels[name] = in_si or label_value(point[name])
+    return parameters_text(labels)
 
 
 def out_of_reach(plan: Plan) -> dict[str, str]:

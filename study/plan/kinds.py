@@ -221,7 +221,7 @@ class SurfaceNodes:
 
 def _planar(manifest: Manifest) -> bool:
     """True if a case may have a plane of nodes."""
-    return any(SCHEMES[str(scheme)].planar for scheme in manifest.values_of("scheme"))
+    return any(SCHEMES[str(scheme)].planar for scheme in manifest.case_values("scheme"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -301,7 +301,8 @@ def all_batches(case: Case, ensemble: Ensemble) -> tuple[Task, ...]:
 
 
 def _contacts_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return tuple(Wanted(task, part=True) for task in all_batches(case, own_ensemble("record", manifest.ensemble)[0]))
+    ensemble, _ = own_ensemble("record", manifest.ensemble)
+    return tuple(Wanted(task, part=True) for task in all_batches(case, ensemble))
 
 
 def _interface(manifest: Manifest) -> bool:
@@ -333,7 +334,8 @@ def _record(case: Case, ensemble: Ensemble, scalars_only: bool) -> Task:
 
 def record_scalars_task(record: Task) -> Task:
     """Task for the scalars of a friction record of another task; its result equals that of sliding for them alone."""
-    return replace(record_task(task_case(record), record.ensemble, scalars_only=True), needs=(record.key,), free=True)
+    task = record_task(task_case(record), record.ensemble, scalars_only=True)
+    return replace(task, needs=(record.key,), free=True)
 
 
 def _record_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
@@ -451,7 +453,8 @@ def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
 
 def _states_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     outputs = manifest.outputs
-    return (Wanted(states_task(manifest.ensemble.case(case, 0), outputs.tractions_at or (0,), outputs.subsurface)),)
+    first = manifest.ensemble.case(case, 0)
+    return (Wanted(states_task(first, outputs.tractions_at or (0,), outputs.subsurface)),)
 
 
 STATES: Final = Kind(
@@ -492,7 +495,8 @@ def drive_task(
     own, text = own_ensemble("drive", ensemble)
     marks = _marks(scalars=scalars_only, unfitted=not fitted, critical=critical)
     key = task_key("drive", record.key, _key_text(drive), text, *marks)
-    needs = (record.key, *(compliance_needs(case.slab) if own.within is not None or drive.memory else ()))
+    slides = own.within is not None or drive.memory
+    needs = (record.key, *(compliance_needs(case.slab) if slides else ()))
     return Task(
         key,
         "drive",
@@ -600,7 +604,8 @@ def as_declared(result: TaskResult) -> TaskResult:
     if result.kind not in KINDS:
         raise ValueError(f"{result.kind!r}: no kind of task")
     kind, members = KINDS[result.kind], _member_count(result)
-    parts = [part for part in result_names(kind) if part.is_held(result.scalars.keys() | result.arrays.keys())]
+    names = result.scalars.keys() | result.arrays.keys()
+    parts = [part for part in result_names(kind) if part.is_held(names)]
     if not parts and result_names(kind) and result.outcome.ok:
         raise ValueError("completed without numbers")
     if members:
@@ -613,8 +618,9 @@ def as_declared(result: TaskResult) -> TaskResult:
 
 def _member_count(result: TaskResult) -> int:
     """Number of members, 0 without scalars. Raises ValueError unless each scalar is a number of each member."""
-    counts = {len(each) for each in result.scalars.values()} | ({len(result.members)} - {0})
-    plain = all({*map(type, each)} <= {int, float, bool} for each in result.scalars.values())
+    columns = list(result.scalars.values())
+    counts = {len(column) for column in columns} | ({len(result.members)} - {0})
+    plain = all({*map(type, column)} <= {int, float, bool} for column in columns)
     if not plain or len(counts) > 1 or 0 in counts:
         raise ValueError("scalars that are not one number of each member")
     return max(counts) if result.scalars else 0

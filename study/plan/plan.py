@@ -14,7 +14,7 @@ from nanoslip.study.manifest.cases import CampaignCase, Heard, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest
 from nanoslip.study.origin import Origins, foreign_among
 from nanoslip.study.plan.cost import estimate
-from nanoslip.study.plan.kinds import KINDS, order_by_stage
+from nanoslip.study.plan.kinds import KINDS, Wanted, order_by_stage
 from nanoslip.study.plan.task import PENDING, Label, Task
 
 Some = TypeVar("Some")
@@ -35,15 +35,17 @@ def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:
     after: dict[str, float] = {}  # work of the longest chain that hangs on a task, of those that are needed
     # One pass from the last stage back sees every chain whole.
     for task in reversed(ordered):
+        chain = task.cost + after.get(task.key, 0.0)
         for need in task.needs:
-            after[need] = max(after.get(need, 0.0), task.cost + after.get(task.key, 0.0))
+            after[need] = max(after.get(need, 0.0), chain)
     ordered.sort(key=lambda task: -task.cost - after.get(task.key, 0.0))
     return tuple(ordered)
 
 
 def evenly(found: Sequence[Some], count: int) -> list[Some]:
     """Select `count` items of a sequence, or all, evenly spread from the first to the last."""
-    places = np.linspace(0, len(found) - 1, min(count, len(found))).round().astype(int)
+    last = len(found) - 1
+    places = np.linspace(0, last, min(count, len(found))).round().astype(int)
     return [found[place] for place in places]
 
 
@@ -69,31 +71,33 @@ class Plan:
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
         """All tasks, estimated: needs first, then the longest chain of work first."""
-        return longest_chain_first(map(self._estimated, self.distinct))
+        return longest_chain_first(map(self._estimate, self.distinct))
 
     def remaining(self, finished: Collection[str]) -> tuple[Task, ...]:
         """Tasks still to do, estimated and in order, given the keys that are finished.
 
         Intermediate results are recomputed only if an unfinished task needs them.
         """
-        left = self._left(finished)
-        return longest_chain_first(map(self._estimated, left)) if len(left) < len(self.distinct) else self.tasks
+        left = self._pending_tasks(finished)
+        if len(left) == len(self.distinct):
+            return self.tasks
+        return longest_chain_first(map(self._estimate, left))
 
     @cached_property
     def _estimates(self) -> dict[str, Task]:
         return {}
 
-    def _estimated(self, task: Task) -> Task:
+    def _estimate(self, task: Task) -> Task:
         found = self._estimates.get(task.key)
         if found is None:
             cost, memory, disk = estimate(task)
             limit = self.manifest.task_seconds
             limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
             label = _label(task, *self.firsts[task.key])
-            found = self._estimates[task.key] = task.planned(label, cost, memory, disk, limit)
+            found = self._estimates[task.key] = task.with_estimate(label, cost, memory, disk, limit)
         return found
 
-    def _left(self, finished: Collection[str]) -> list[Task]:
+    def _pending_tasks(self, finished: Collection[str]) -> list[Task]:
         needed: set[str] = set()
         left = []
         for task in reversed(self.distinct):  # from the ends of the chains to their beginnings
@@ -112,7 +116,8 @@ class Plan:
         for task in order_by_stage(left):
             if not lost.isdisjoint(task.needs):
                 lost.add(task.key)
-        return tuple(sorted((task for task in left if task.key not in lost), key=lambda task: task.key in failed))
+        tried = [task for task in left if task.key not in lost]
+        return tuple(sorted(tried, key=lambda task: task.key in failed))
 
     def outcomes(self, finished: Mapping[str, Outcome], failed: Mapping[str, Outcome]) -> dict[str, Outcome]:
         """Outcomes of tasks, including tasks that cannot start because an input failed.
@@ -121,8 +126,10 @@ class Plan:
             attempts.
         """
         found = {key: outcome for key, outcome in failed.items() if key not in finished}
-        tasks = {task.key: task for task in self.distinct} if found else {}
-        for task in self.distinct if found else ():
+        if not found:
+            return dict(finished)
+        tasks = {task.key: task for task in self.distinct}
+        for task in self.distinct:
             lost = next((need for need in task.needs if need in found), None)
             if lost is None or task.key in finished or task.key in found:
                 continue
@@ -154,7 +161,9 @@ class Plan:
     def obsolete(self, finished: Collection[str]) -> tuple[str, ...]:
         """Intermediate results that no task needs any more, given the keys that are finished."""
         ended = [task.key for task in self.distinct if task.passing and task.key in finished]
-        wanted = {need for task in self._left(finished) for need in task.needs} if ended else set()
+        if not ended:
+            return ()
+        wanted = {need for task in self._pending_tasks(finished) for need in task.needs}
         return tuple(key for key in ended if key not in wanted)
 
 
@@ -169,13 +178,18 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
 def make_partial_plan(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = lambda _: None) -> Plan:
     """The plan of some cases of a manifest."""
     kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
-    tasks, case_tasks, firsts = dict[str, Task](), dict[str, CaseTasks](), dict[str, tuple[CampaignCase, str]]()
+    tasks, case_tasks = dict[str, Task](), dict[str, CaseTasks]()
+    firsts = dict[str, tuple[CampaignCase, str]]()
     for number, case in enumerate(cases, 1):
-        wanted = [each for kind in kinds for each in kind.tasks(case.case, manifest)] if case.case else []
-        for each in wanted:
-            if each.task.key not in tasks:
-                tasks[each.task.key], firsts[each.task.key] = each.task, (case, each.drive)
-        case_tasks[case.case_id] = {(each.task.kind, each.drive): each.task.key for each in wanted if not each.part}
+        requests: list[Wanted] = []
+        for kind in kinds:
+            requests += kind.tasks(case.case, manifest) if case.case else ()
+        for request in requests:
+            if request.task.key not in tasks:
+                tasks[request.task.key] = request.task
+                firsts[request.task.key] = (case, request.drive)
+        whole = [request for request in requests if not request.part]
+        case_tasks[case.case_id] = {(request.task.kind, request.drive): request.task.key for request in whole}
         heard(number)
     return Plan(manifest, tuple(cases), tuple(order_by_stage(tasks.values())), case_tasks, firsts)
 
@@ -188,7 +202,8 @@ def _label(task: Task, campaign_case: CampaignCase, drive: str) -> Label:
         return names, values
     of_slab = task.slab.flat
     given = dict(zip(names, values, strict=True))
-    found = {"n_x": task.slab.n_x, **{name: given[name] for name in names if of_slab.get(name) is not None}}
+    shared = {name: given[name] for name in names if of_slab.get(name) is not None}
+    found = {"n_x": task.slab.n_x, **shared}
     return tuple(found), tuple(found.values())
 
 
@@ -282,6 +297,7 @@ def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[
     found = {}
     for kind in filter(every.get, KINDS):
         its = every[kind]
-        rest, memory, disk = tried[kind] + lost[kind], max(task.memory for task in its), sum(task.disk for task in its)
+        rest = tried[kind] + lost[kind]
+        memory, disk = max(task.memory for task in its), sum(task.disk for task in its)
         found[kind] = KindCount(len(its), len(its) - rest, tried[kind], lost[kind], seconds[kind], memory, disk)
     return found

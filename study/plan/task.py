@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import lru_cache
 from operator import attrgetter
@@ -73,7 +73,7 @@ class Task:
     """Names of its label and of `values`."""
     values: tuple[Value | None, ...] = field(default=(), compare=False)
 
-    def planned(
+    def with_estimate(
         self, label: Label, cost: float = 0.0, memory: float = 0.0, disk: float = 0.0, limit: float = math.inf
     ) -> "Task":
         """The task with the fields that a plan adds: its label and, if estimated, its cost."""
@@ -278,11 +278,16 @@ def deciding_fields(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, 
     exclusions."""
     found = dict(list_dotted_fields(case))
     apart = {name for each in exclusions if each.where(case) for name in each.names}
-    under = {name: [field for field in found if field == name or field.startswith(f"{name}.")] for name in apart}
+    under = {name: _fields_under(name, found) for name in apart}
     if unknown := [name for name, fields in under.items() if not fields]:
         raise KeyError(f"{', '.join(unknown)}: no field of a case")
     left_out = set(itertools.chain.from_iterable(under.values()))
     return {name: value for name, value in found.items() if name not in left_out}
+
+
+def _fields_under(name: str, fields: Iterable[str]) -> list[str]:
+    """The field of this dotted name, and those of its parts."""
+    return [field for field in fields if field == name or field.startswith(f"{name}.")]
 
 
 def list_dotted_fields(value: Any, prefix: str = "") -> Iterator[tuple[str, object]]:

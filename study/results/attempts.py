@@ -59,8 +59,8 @@ def add_attempt(out: Path, attempt: Attempt) -> str:
 
 def final(out: Path, solver: str) -> dict[str, Attempt]:
     """Key -> the last attempt of this solver at each task, where that was final; lines that no run wrote are left out."""
-    found = (each for line in files.read_lines(out / FILE) if (each := _attempt(line)) and each.solver == solver)
-    last = {attempt.task: attempt for attempt in found}
+    attempts = map(_attempt, files.read_lines(out / FILE))
+    last = {attempt.task: attempt for attempt in attempts if attempt and attempt.solver == solver}
     return {key: attempt for key, attempt in last.items() if attempt.final}
 
 
@@ -181,5 +181,6 @@ def add_run(out: Path, run: RunRecord) -> str:
 
 def read_runs(out: Path) -> list[RunRecord]:
     """All runs that are written down in a folder, by their begin; lines that no run wrote are passed over."""
-    last = {run.run: run for line in files.read_lines(out / RUNS_FILE) if (run := _read(line, RunRecord))}
-    return sorted(last.values(), key=lambda each: (each.begun, each.run))
+    runs = (_read(line, RunRecord) for line in files.read_lines(out / RUNS_FILE))
+    last = {run.run: run for run in runs if run}
+    return sorted(last.values(), key=lambda run: (run.begun, run.run))

@@ -100,16 +100,20 @@ def pack_result(result: TaskResult) -> bytes:
         raise ValueError(f"{result.key}: an array of objects; needs numbers or texts")
     rows = [(name, array.dtype.str, array.shape, _fortran(array)) for name, array in arrays.items()]
     members = [astuple(each) for each in result.members]
-    table = _filled(_json({"scalars": dict(result.scalars), "arrays": rows, "members": members}), b" ")
-    body = b"".join((table, *(_filled(array.tobytes("A"), b"\0") for array in arrays.values())))
+    content = {"scalars": dict(result.scalars), "arrays": rows, "members": members}
+    table = _pad(_json(content), b" ")
+    columns = [_pad(array.tobytes("A"), b"\0") for array in arrays.values()]
+    body = b"".join((table, *columns))
     meta = _meta_bytes(result.kind, result.outcome, result.origins)
     head = _HEAD.pack(MARK, key, len(meta), len(table), len(body), zlib.crc32(body))
-    return b"".join((head, _CHECKSUM.pack(zlib.crc32(meta, zlib.crc32(head))), meta, body))
+    seal = zlib.crc32(meta, zlib.crc32(head))
+    return b"".join((head, _CHECKSUM.pack(seal), meta, body))
 
 
 @lru_cache(maxsize=256)  # most results say the same of themselves
 def _meta_bytes(kind: str, outcome: Outcome, origins: Origins) -> bytes:
-    return _filled(_json({"kind": kind, **asdict(outcome), "origins": [*map(asdict, origins)]}), b" ", LEAST)
+    content = {"kind": kind, **asdict(outcome), "origins": [*map(asdict, origins)]}
+    return _pad(_json(content), b" ", LEAST)
 
 
 def read_head(file: BinaryIO) -> Head:
@@ -147,7 +151,8 @@ def _ours_but_for_its_mark(begin: bytes, file: BinaryIO) -> bool:
     meta = file.read(min(meta_length, _MOST))
     file.seek(-len(meta), os.SEEK_CUR)
     (seal,) = _CHECKSUM.unpack_from(begin, _HEAD.size)
-    return bool(seal == zlib.crc32(meta, zlib.crc32(MARK + begin[len(MARK) : _HEAD.size])))
+    head = MARK + begin[len(MARK) : _HEAD.size]
+    return bool(seal == zlib.crc32(meta, zlib.crc32(head)))
 
 
 def require_whole(head: Head, numbers: Any) -> None:
@@ -191,7 +196,8 @@ def _meta(text: bytes) -> Meta:
     words = (found["kind"], *(fact for origin in found["origins"] for fact in origin.values()))
     if not all(isinstance(each, str) for each in words):
         raise TypeError("no texts")
-    outcome = Outcome(Ending(found["ending"]), found["message"], bool(found.get("longer")), found.get("cause", ""))
+    longer, cause = bool(found.get("longer")), found.get("cause", "")
+    outcome = Outcome(Ending(found["ending"]), found["message"], longer, cause)
     return Meta(found["kind"], outcome, from_data(found["origins"]))
 
 
@@ -204,7 +210,7 @@ def _json(content: object) -> bytes:
     return _ENCODER.encode(content).encode()
 
 
-def _filled(content: bytes, filling: bytes, before: int = 0) -> bytes:
+def _pad(content: bytes, filling: bytes, before: int = 0) -> bytes:
     return content + filling * (_round_time(before + len(content)) - before - len(content))
 
 
@@ -240,7 +246,7 @@ def result_path(folder: Path, key: str) -> Path:
 
 def read_entry(path: Path) -> TaskResult:
     """The result of a file; where it is mapped, its numbers are not checked. Raises CorruptResultError, FileNotFoundError."""
-    with _open_result(path) as file, named(path):
+    with _open_result(path) as file, naming_file(path):
         head = _head(path, file)
         if head.numbers < MAPPED:
             return unpack_result(head, _numbers(head, file))
@@ -250,7 +256,7 @@ def read_entry(path: Path) -> TaskResult:
 
 def check_file(path: Path) -> Head:
     """The head of a file. Raises CorruptResultError unless every byte is as it was written, FileNotFoundError."""
-    with _open_result(path) as file, named(path):
+    with _open_result(path) as file, naming_file(path):
         head = _head(path, file)
         _numbers(head, file)
     return head
@@ -264,7 +270,7 @@ def _open_result(path: Path) -> BinaryIO:
 
 
 @contextmanager
-def named(path: Path) -> Iterator[None]:
+def naming_file(path: Path) -> Iterator[None]:
     """Name the file whose bytes are no result's."""
     try:
         yield
@@ -347,7 +353,7 @@ class LogWriter:
 
     def add(self, entry: bytes) -> None:
         """Add an entry, whole or not at all. Raises OSError."""
-        file = self._opened().number
+        file = self._open_log().number
         state = os.fstat(file)
         # To a file without a name bytes can be added as before; nobody would ever read them.
         if state.st_nlink == 0:
@@ -370,7 +376,7 @@ class LogWriter:
         if file and self._process == os.getpid():
             os.fsync(file.number)
 
-    def _opened(self) -> OpenFile:
+    def _open_log(self) -> OpenFile:
         if self._file is None or self._process != os.getpid():  # a log has one writer, whoever forks
             path = later(self._folder, f"{secrets.token_hex(RANDOM)}{LOGS}")
             self._file = OpenFile(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL)
@@ -383,7 +389,8 @@ def later(folder: Path, name: str) -> Path:
 
     The number that the name may begin with was its place in another folder.
     """
-    number = 1 + max((int(path.name.partition("-")[0]) for path in list_logs(folder)), default=0)
+    numbers = [int(path.name.partition("-")[0]) for path in list_logs(folder)]
+    number = 1 + max(numbers, default=0)
     return folder / f"{number:06d}-{name.rpartition('-')[2]}"
 
 
@@ -420,7 +427,7 @@ def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[LocatedEntr
     A torn end comes last, as a Fault with a TornError: the writer may be at it. whole: numbers are checked, too, not
     only passed.
     """
-    with os.fdopen(open_regular(path), "rb", _PIECE) as file, named(path):
+    with os.fdopen(open_regular(path), "rb", _PIECE) as file, naming_file(path):
         file.seek(begin)
         length = os.fstat(file.fileno()).st_size
         while begin < length:
@@ -519,7 +526,8 @@ class Logs:
             else:
                 faults.sort(key=lambda fault: fault.begin)
                 ends = [0, *(fault.end for fault in faults)]
-                _copy(path, path, zip(ends, [*(fault.begin for fault in faults), path.stat().st_size], strict=True))
+                begins = [*(fault.begin for fault in faults), path.stat().st_size]
+                _copy(path, path, zip(ends, begins, strict=True))
             self._notice(f"{aside}: what was cut out")
 
     def settle(self) -> None:
@@ -536,12 +544,12 @@ class Logs:
             return unpack_result(head, numbers)
         except UnusableResultError as error:
             self.reject(head)
-            raise UnusableResultError(_damaged(path, Fault(begin, begin + head.length, error))) from error
+            raise UnusableResultError(_damage_text(path, Fault(begin, begin + head.length, error))) from error
         except CorruptResultError as error:
             fault = Fault(begin, begin + head.length, error)
             self._unread.setdefault(path, []).append(fault)
             self.places.pop(head.key, None)
-            raise CorruptResultError(_damaged(path, fault)) from error
+            raise CorruptResultError(_damage_text(path, fault)) from error
 
     def reject(self, head: Head) -> None:
         """Have a result that this version cannot use count as not finished."""
@@ -599,7 +607,7 @@ class Logs:
                 continue
             faults.append(found)
             if not isinstance(found.error, TornError):
-                self._notice(f"{_damaged(path, found)}{AGAIN}")
+                self._notice(f"{_damage_text(path, found)}{AGAIN}")
                 end = found.end
         self._seen[path] = _Seen(end, state.st_ino, state.st_mtime_ns)
         return faults
@@ -610,7 +618,7 @@ class Logs:
             return
         if place.head.meta is UNKNOWN:
             fault = Fault(place.begin, place.begin + place.head.length, UnusableResultError(NOT_OURS))
-            self._notice(f"{_damaged(place.path, fault)}{AGAIN}")
+            self._notice(f"{_damage_text(place.path, fault)}{AGAIN}")
             self.reject(place.head)
             return
         known = self.places.get(place.head.key)
@@ -621,8 +629,14 @@ class Logs:
 def _copy(path: Path, to: Path, parts: Iterable[tuple[int, int]]) -> None:
     """Write a whole file from parts of another one or of itself. parts: begin and end of each, in bytes."""
     with os.fdopen(open_regular(path), "rb") as file:
-        files.write_whole(to, (file.read(end - begin) for begin, end in parts if file.seek(begin) == begin))
+        files.write_whole(to, _pieces(file, parts))
 
 
-def _damaged(path: Path, fault: Fault) -> str:
+def _pieces(file: BinaryIO, parts: Iterable[tuple[int, int]]) -> Iterator[bytes]:
+    for begin, end in parts:
+        file.seek(begin)
+        yield file.read(end - begin)
+
+
+def _damage_text(path: Path, fault: Fault) -> str:
     return f"{path}: bytes {fault.begin} to {fault.end} are no whole result ({fault.error})"

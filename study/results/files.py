@@ -88,8 +88,11 @@ def append_lines(path: Path, lines: bytes) -> None:
     """Append whole lines, on a line of their own if the last one was cut short. Raises OSError."""
     with os.fdopen(open_regular(path, os.O_RDWR | os.O_APPEND | os.O_CREAT), "ab+") as file:
         # What a killed writer began must not swallow the first of these lines.
-        torn = file.seek(0, os.SEEK_END) > 0 and file.seek(-1, os.SEEK_END) and file.read(1) != b"\n"
-        file.write(b"\n" * bool(torn) + lines)
+        torn = False
+        if file.seek(0, os.SEEK_END):
+            file.seek(-1, os.SEEK_END)
+            torn = file.read(1) != b"\n"
+        file.write(b"\n" * torn + lines)
 
 
 def read_lines(path: Path) -> list[str]:

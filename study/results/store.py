@@ -36,7 +36,7 @@ class StoreError(NanoslipError):
 
 
 @contextmanager
-def _refused() -> Iterator[None]:
+def _refusing_formats() -> Iterator[None]:
     """Results of another format are no damage: the folder is not used."""
     try:
         yield
@@ -66,7 +66,7 @@ class Store:
         self._logs = Logs(self.folder, whole, self._notice)
         self._checked: dict[Path, tuple[object, Head]] = {}
 
-    @_refused()
+    @_refusing_formats()
     def prepare(self) -> None:
         """Create the folder, test writing, and remove scratch files of killed runs. Raises StoreError."""
         if os.fsencode(self._out).decode("utf-8", "ignore") != str(self._out):
@@ -100,11 +100,12 @@ class Store:
         """Their keys, in order, and checksums."""
         return sorted((key, head.seal) for key, head in self._heads().items())
 
-    @_refused()
+    @_refusing_formats()
     def _heads(self) -> dict[str, Head]:
         """Heads of all sound results; a separate file takes precedence over a log. Raises StoreError."""
         self._logs.look()
-        return {**{key: place.head for key, place in self._logs.places.items()}, **self._own_heads()}
+        logged = {key: place.head for key, place in self._logs.places.items()}
+        return {**logged, **self._own_heads()}
 
     def _own_heads(self) -> dict[str, Head]:
         """Heads of the results that are files of their own. Raises ResultFormatError."""
@@ -252,7 +253,7 @@ class Lease:
             # Complete before it gets the lease's name: no run ever reads half a lease.
             scratch = make_scratch(self._path, self._text)
             try:
-                while not self._taken(scratch):
+                while not self._take(scratch):
                     pass  # another run was quicker
             finally:
                 scratch.unlink(missing_ok=True)
@@ -273,13 +274,13 @@ class Lease:
                 self._touch()
         return self.lost
 
-    def _taken(self, scratch: Path) -> bool:
+    def _take(self, scratch: Path) -> bool:
         """Create the lock file or replace a stale lock file; returns True on success. Raises StoreError."""
         line = self._line()
         if not line:
             return self._has_link(scratch, self._path)
         last = line[-1]
-        if not _ended(last, scratch):
+        if not _has_ended(last, scratch):
             raise StoreError(_BUSY.format(path=last.path, **_words(_owner(last))))
         if not self._has_link(scratch, last.heir):
             return False
@@ -294,10 +295,10 @@ class Lease:
 
     def _line(self) -> list[_Found]:
         """Existing lease, followed by the leases of runs that were killed while taking over."""
-        found, place = [], _opened(self._path)
+        found, place = [], _read_lease(self._path)
         while place:
             found.append(place)
-            place = _opened(place.heir)
+            place = _read_lease(place.heir)
         return found
 
     def _has_link(self, scratch: Path, path: Path) -> bool:
@@ -314,7 +315,7 @@ class Lease:
         return self._is_ours(path)
 
     def _is_ours(self, path: Path) -> bool:
-        found = _opened(path)
+        found = _read_lease(path)
         return found is not None and found.text == self._text
 
     def _keep_fresh(self) -> None:
@@ -323,7 +324,7 @@ class Lease:
 
     def _touch(self) -> None:
         try:
-            found = _opened(self._path)
+            found = _read_lease(self._path)
             if found and found.text == self._text:
                 os.utime(self._path, follow_symlinks=False)
                 return
@@ -331,12 +332,15 @@ class Lease:
             found = None  # removed just now
         except (OSError, StoreError):
             return  # nobody can say; the next look may
-        self.lost = _LOST.format(path=self._path, **_words(_owner(found))) if found else _GONE.format(path=self._path)
+        if found:
+            self.lost = _LOST.format(path=self._path, **_words(_owner(found)))
+        else:
+            self.lost = _GONE.format(path=self._path)
         print_notice(self.lost)
         self._stop()
 
 
-def _opened(path: Path) -> _Found | None:
+def _read_lease(path: Path) -> _Found | None:
     """Contents of a file; None without one. Raises OSError, StoreError for a folder."""
     try:
         with os.fdopen(open_regular(path), "rb") as file:
@@ -351,7 +355,7 @@ def _opened(path: Path) -> _Found | None:
         raise
 
 
-def _ended(found: _Found, clock: Path) -> bool:
+def _has_ended(found: _Found, clock: Path) -> bool:
     """True if the run that holds a lease has ended; waits until this is certain. clock: a file that dates by the server's
     time."""
     owner = _owner(found)
@@ -368,7 +372,7 @@ def _ended(found: _Found, clock: Path) -> bool:
             said = True
             print_notice(_WAITING.format(path=found.path, seconds=FRESH - age, **_words(owner)))
         time.sleep(BEAT / 5.0)
-        again = _opened(found.path)
+        again = _read_lease(found.path)
         if again is None or again.text != found.text:
             return True  # whoever has it now is another one
         if again.touched != found.touched:

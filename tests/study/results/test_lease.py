@@ -216,7 +216,7 @@ def test_a_stale_lease_that_another_run_takes_while_it_is_judged_is_left_to_it(t
 
 def test_an_heir_that_was_killed_before_it_was_in_its_place_keeps_nobody_out(tmp_path):
     stale = left_behind(tmp_path, socket.gethostname(), ended())
-    lease._opened(stale).heir.write_text(stale.read_text() + " ")
+    lease._read_lease(stale).heir.write_text(stale.read_text() + " ")
     taken(tmp_path)
 
 
