@@ -154,7 +154,7 @@ def read_legs(path: Path, given: str | None, units: tuple[float, float]) -> File
     text = read_text(path, given, decode_text)
     try:
         source = read_columns(path, text)
-        places = [source.named(name) for name in file_parameters()["legs"].columns]
+        places = [source.find_column(name) for name in file_parameters()["legs"].columns]
         rows = source.rows(places)
         if rows.holes or source.left_out.number or source.below:
             raise InvalidInput("legs", ABSENT, "two numbers in each line")

@@ -58,7 +58,8 @@ _FORMULA: Final = re.compile(r"[=@\t\r]|[-+](?!\.?\d[\d.]*([eE][-+]?\d+)?$|inf$)
 def rows_as_csv(rows: Iterable[Iterable[object]]) -> str:
     """The rows as CSV, the header first; a text that a spreadsheet would take for a formula begins with an apostrophe."""
     lines: list[str] = []  # a writer that ends them by two letters quotes cells that have one of these
-    csv.writer(SimpleNamespace(write=lines.append), lineterminator="\r\n").writerows(map(_inert, row) for row in rows)
+    writer = csv.writer(SimpleNamespace(write=lines.append), lineterminator="\r\n")
+    writer.writerows(map(_inert, row) for row in rows)
     return "".join(f"{line[:-2]}\n" for line in lines)
 
 
@@ -142,12 +143,15 @@ def read_cells(text: str) -> list[tuple[int, list[str]]]:
     separator = max(",;\t", key=first.count)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, skipinitialspace=True, strict=True)
     try:
-        lines = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+        lines = []
+        for row in reader:
+            if any(map(str.strip, row)):
+                lines.append((reader.line_num, row))
     except csv.Error as error:
         raise InvalidInput(f"line {reader.line_num}: not CSV: {error}") from None
     if separator == ",":
         return lines
-    return [(line, [_with_point(cell) for cell in row]) for line, row in lines]
+    return [(line, list(map(_with_point, row))) for line, row in lines]
 
 
 def _with_point(cell: str) -> str:
@@ -193,7 +197,10 @@ class FileColumns:
 
     def __str__(self) -> str:
         """The columns in one line: number, name and unit of each."""
-        titles = (f"{each.name or 'no name'}{f' [{each.unit}]' if each.unit else ''}" for each in self.columns)
+        titles = []
+        for column in self.columns:
+            unit = f" [{column.unit}]" if column.unit else ""
+            titles.append(f"{column.name or 'no name'}{unit}")
         return ", ".join(f"{number} {title}" for number, title in enumerate(titles, 1))
 
     def rows(self, chosen: Sequence[int]) -> "Rows":
@@ -203,14 +210,17 @@ class FileColumns:
         if there.sum() < max(2, len(there) / 2):
             names = " and ".join(str(column + 1) for column in chosen)
             raise InvalidInput(f"columns {names}: numbers in {there.sum()} of {len(there)} lines: needs them in most")
-        return Rows(values[:, there], self.lines[there], np.flatnonzero(there), int((~there).sum()))
+        places = np.flatnonzero(there)
+        return Rows(values[:, there], self.lines[there], places, int((~there).sum()))
 
-    def named(self, wanted: str) -> int:
+    def find_column(self, wanted: str) -> int:
         """The place of a column by its number, counted from 1, or by its name or a part of it. Raises InvalidInput."""
         if wanted.isdecimal() and 0 < int(wanted) <= len(self.columns):
             return int(wanted) - 1
-        names = [each.name.casefold() for each in self.columns]
-        sure = [place for place, name in enumerate(names) if name in (wanted.casefold(), _title(wanted)[0].casefold())]
+        names = [column.name.casefold() for column in self.columns]
+        title, _ = _title(wanted)
+        words = (wanted.casefold(), title.casefold())
+        sure = [place for place, name in enumerate(names) if name in words]
         found = sure or [place for place, name in enumerate(names) if wanted.casefold() in name]
         if len(found) != 1:
             raise InvalidInput("column", wanted, f"one of {self}")
@@ -233,9 +243,10 @@ def read_columns(path: Path, text: str, titled: bool = True) -> FileColumns:
     of columns or a count of points above it: lines of numbers above its rows are lines left out.
     """
     lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-    kind = max(range(len(_SEPARATORS)), key=lambda each: sum(_share(line, each) for _, line in lines[:_LOOKED_AT]))
+    looked_at = [line for _, line in lines[:_LOOKED_AT]]
+    kind = max(range(len(_SEPARATORS)), key=lambda kind: sum(_share(line, kind) for line in looked_at))
     cells = [_cells(line, kind) for _, line in lines]
-    parsed = [[_number(cell, kind) for cell in row] for row in cells]
+    parsed = [_numbers(row, kind) for row in cells]
     full = [place for place, row in enumerate(parsed) if _count(row) >= 2]
     if len(full) < 2:
         met = f"; line {lines[len(lines) // 2][0]} is {quote_value(lines[len(lines) // 2][1])}" if lines else ""
@@ -248,7 +259,7 @@ def read_columns(path: Path, text: str, titled: bool = True) -> FileColumns:
     values = np.array([parsed[place] for place in rows], float)
     if titled and _is_header(values):
         rows, values = rows[1:], values[1:]
-    numbers = (place for place in range(rows[0]) if _count(parsed[place]) and all(map(_HOLE.fullmatch, cells[place])))
+    numbers = (place for place in range(rows[0]) if _has_numbers_alone(cells[place], parsed[place]))
     start = rows[0] if titled else next(numbers, rows[0])
     between = sorted({*range(start, rows[-1] + 1)} - {*rows})
     left = [lines[place] for place in between if not _is_comment(lines[place][1])]
@@ -257,14 +268,21 @@ def read_columns(path: Path, text: str, titled: bool = True) -> FileColumns:
         raise InvalidInput(f"line {left[0][0]}: {quote_value(left[0][1])}: needs {need}")
     wide = int(np.flatnonzero(np.isfinite(values).any(axis=0))[-1]) + 1
     titles = _titles([line for _, line in lines[: first * titled]], kind, wide, values)
-    return FileColumns(
-        tuple(FileColumn(*title, column) for title, column in zip(titles, values.T[:wide], strict=True)),
-        np.array([lines[place][0] for place in rows]),
-        _SEPARATORS[kind][0],
-        rows[0],
-        sum(not _is_comment(line) for _, line in lines[rows[-1] + 1 :]),
-        OmittedLines(len(left), *(left[0] if left else (0, ""))),
-    )
+    columns = [FileColumn(name, unit, column) for (name, unit), column in zip(titles, values.T[:wide], strict=True)]
+    numbers_of_lines = np.array([lines[place][0] for place in rows])
+    below = sum(not _is_comment(line) for _, line in lines[rows[-1] + 1 :])
+    line, words = left[0] if left else (0, "")
+    omitted = OmittedLines(len(left), line, words)
+    return FileColumns(tuple(columns), numbers_of_lines, _SEPARATORS[kind][0], rows[0], below, omitted)
+
+
+def _numbers(row: Iterable[str], kind: int) -> list[float]:
+    return [_number(cell, kind) for cell in row]
+
+
+def _has_numbers_alone(cells: Iterable[str], numbers: Iterable[float]) -> bool:
+    """True for a line of numbers and holes with one number at least."""
+    return any(map(math.isfinite, numbers)) and all(map(_HOLE.fullmatch, cells))
 
 
 def _with_holes(cells: Sequence[list[str]], parsed: Sequence[list[float]], first: int, last: int) -> tuple[int, int]:
@@ -272,7 +290,7 @@ def _with_holes(cells: Sequence[list[str]], parsed: Sequence[list[float]], first
 
     def row(place: int) -> bool:
         fits = 0 <= place < len(cells) and len(cells[place]) == len(cells[first])
-        return fits and any(map(math.isfinite, parsed[place])) and all(map(_HOLE.fullmatch, cells[place]))
+        return fits and _has_numbers_alone(cells[place], parsed[place])
 
     while row(first - 1):
         first -= 1
@@ -313,7 +331,8 @@ def _is_header(values: Floats) -> bool:
     if len(values) < 4:
         return False
     steps = np.abs(np.diff(values[:3], axis=0))
-    return bool(((values[0] == len(values) - 1) & ~np.isclose(steps[0], steps[1])).any())
+    counts = values[0] == len(values) - 1
+    return bool((counts & ~np.isclose(steps[0], steps[1])).any())
 
 
 def _titles(above: Sequence[str], kind: int, width: int, values: Floats) -> list[tuple[str, str]]:
@@ -321,8 +340,7 @@ def _titles(above: Sequence[str], kind: int, width: int, values: Floats) -> list
     found = _labels(above[-1], kind, width, values) if above else []
     if not found or any(map(_NUMBER.fullmatch, found)):
         return [("", "")] * width
-    units = [_IN_BRACKETS.fullmatch(label) for label in found]
-    bare = [each[2] if each and not each[1] else label for each, label in zip(units, found, strict=True)]
+    bare = [_without_brackets(label) for label in found]
     names = _labels(above[-2], kind, width, values) if len(above) > 1 else []
     stated = [unit for unit in bare if unit not in ("", "1", "-")]
     if any(bare) and (
@@ -332,13 +350,19 @@ def _titles(above: Sequence[str], kind: int, width: int, values: Floats) -> list
     return [_title(label) for label in found]
 
 
+def _without_brackets(label: str) -> str:
+    """The unit of a label that is a unit in brackets, else the label."""
+    found = _IN_BRACKETS.fullmatch(label)
+    return found[2] if found and not found[1] else label
+
+
 def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
     """The labels of the columns in a line above the numbers; none if they do not fit."""
     marked = line.lstrip().startswith(("#", "%", "!", "*"))
     text = line.strip("\r\n").lstrip("#%!*\N{NO-BREAK SPACE} ") if marked else line
     ways = (_SEPARATORS[kind][1], *_IN_HEADERS)
-    split = [[each.strip(' \t"') for each in way.split(_SECTION.sub("", text.strip("\r\n "), count=1))] for way in ways]
-    split = [labels[: max((place + 1 for place, label in enumerate(labels) if label), default=0)] for labels in split]
+    plain = _SECTION.sub("", text.strip("\r\n "), count=1)
+    split = [_split_labels(way, plain) for way in ways]
     own = split[0]
     if kind != _SPACES and len(own) > width:
         return own[:width]
@@ -350,6 +374,14 @@ def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
         raise InvalidInput(f"{quote_value(line)}: {len(own)} names above {width} columns: are there decimal commas?")
     numbered = len(own) == width - 1 and (np.diff(values[:, 0]) == 1.0).all()  # R's tables have no name above row names
     return ["", *own] if numbered else [*own, *[""] * (width - len(own))]
+
+
+def _split_labels(separator: re.Pattern[str], text: str) -> list[str]:
+    """The labels in a text, up to the last one that is not empty."""
+    labels = [label.strip(' \t"') for label in separator.split(text)]
+    while labels and not labels[-1]:
+        labels.pop()
+    return labels
 
 
 def _title(label: str) -> tuple[str, str]:
@@ -418,7 +450,8 @@ def one_way(rows: Rows, name: str, need: str, turns: bool = True) -> OneWay:
     at = values[0]
     way = -1.0 if turns and at[-1] < at[min(1, len(at) - 2)] else 1.0
     if len(at) > 3 and (at[1] - at[0]) * way < 0.0 <= (np.diff(at[1:]) * way).min():
-        values, lines, places, at = values[:, 1:], lines[1:], places[1:], at[1:]
+        values, lines, places = values[:, 1:], lines[1:], places[1:]
+        at = values[0]
     steps = np.diff(at) * way
     if (back := np.flatnonzero(steps < 0.0)).size:
         last, now = back[0], back[0] + 1
@@ -433,5 +466,6 @@ def one_way(rows: Rows, name: str, need: str, turns: bool = True) -> OneWay:
         even += at[0] - even[0]
         return OneWay(way * even, values[1:], lines, way < 0.0, equal, 0)
     firsts = np.flatnonzero(np.concatenate(([True], steps > 0.0)))
-    means = np.add.reduceat(values, firsts, axis=1) / np.diff(np.append(firsts, len(at)))
+    counts = np.diff(np.append(firsts, len(at)))
+    means = np.add.reduceat(values, firsts, axis=1) / counts
     return OneWay(way * at[firsts], means[1:], lines[firsts], way < 0.0, 0, equal)

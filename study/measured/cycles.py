@@ -57,21 +57,28 @@ class FittedCycles(NamedTuple):
 
     def together(self) -> NDArray[np.bool_]:
         """True for each pair of neighbouring cycles without one between them that does not fit."""
-        pairs = pairwise(self.chosen)
-        return np.array([not any(low < each < high for each in self.unlike) for low, high in pairs], bool)
+        fit = []
+        for low, high in pairwise(self.chosen):
+            between = [number for number in self.unlike if low < number < high]
+            fit.append(not between)
+        return np.array(fit, bool)
 
 
 def fit_cycles(averages: Averaged, whole: list[int], rates: list[float], damping: float | None) -> FittedCycles:
     """Fit Eq. 16-19 to slips. Fits that leave the measured forces and their noise are none."""
     at, slips = averages.trace.at, averages.slips
-    chosen = [whole[int(place)] for place in np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))]
+    places = np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))
+    chosen = [whole[int(place)] for place in places]
     peaks = [slip.peak for slip in slips]
     samples = float(np.median(np.diff(peaks))) if len(peaks) > 1 else math.inf
 
     def fit(zeta: float | None) -> dict[int, Cycle]:
-        found = {number: _cycle(averages, number, rates[number], zeta) for number in chosen}
-        inside = {number: _inside(averages, slips[number], rates[number], cycle) for number, cycle in found.items()}
-        return {number: cycle for number, cycle in found.items() if inside[number]}
+        good = {}
+        for number in chosen:
+            cycle = _cycle(averages, number, rates[number], zeta)
+            if _is_inside(averages, slips[number], rates[number], cycle):
+                good[number] = cycle
+        return good
 
     free = fit(None) if damping is None else {}
     resolved = 2.0 * RESOLVED * float(np.median(np.diff(at)))
@@ -86,16 +93,18 @@ def fit_cycles(averages: Averaged, whole: list[int], rates: list[float], damping
     if 2 * len(kept) < len(chosen):  # the model is not that of this force
         return FittedCycles([], [], [], mean_with_error([], "1"), chosen, damping is not None, samples)
     unlike = [number for number in chosen if number not in kept]
-    freely = [own[number] for number in kept] if own else []
-    return FittedCycles([found[number] for number in kept], freely, kept, known, unlike, damping is not None, samples)
+    freely = [own[number] for number in kept if number in own]
+    cycles = [found[number] for number in kept]
+    return FittedCycles(cycles, freely, kept, known, unlike, damping is not None, samples)
 
 
-def _inside(averages: Averaged, slip: TraceSlip, rate: float, cycle: Cycle) -> bool:
+def _is_inside(averages: Averaged, slip: TraceSlip, rate: float, cycle: Cycle) -> bool:
     """True if a fit agrees with the samples of its slip, but for noise, a rise between samples and a tenth of the fall.
 
     Its forces before and after the slip are near the extremes, friction is between these, and the misfit is as small.
     """
-    high, low = float(averages.trace.force[slip.peak]), float(averages.trace.force[slip.trough])
+    force = averages.trace.force
+    high, low = float(force[slip.peak]), float(force[slip.trough])
     share = LEAST_DROP * (high - low)
     room = share + NOISE * averages.noise + abs(rate) * float(np.diff(cycle.at).max())
     near = abs(cycle.static - high) <= room and abs(cycle.trough - low) <= room
@@ -114,21 +123,26 @@ def _cycle(averages: Averaged, number: int, rate: float, damping: float | None) 
     behind = slips[number + 1].peak if number + 1 < len(slips) else len(at) - 1
     around = slice((before + slip.peak) // 2, (slip.trough + behind) // 2 + 1)
     time, values = at[around], force[around]
-    drop, falls = float(force[slip.peak] - force[slip.trough]), force[slip.peak : slip.trough + 1]
+    drop = float(force[slip.peak] - force[slip.trough])
+    falls = force[slip.peak : slip.trough + 1]
     high = slip.peak + int(np.flatnonzero(falls >= force[slip.peak] - 0.25 * drop)[-1])
-    low = high + int(np.argmax(force[high : slip.trough + 1] <= force[slip.trough] + 0.25 * drop))
+    fallen = force[high : slip.trough + 1] <= force[slip.trough] + 0.25 * drop
+    low = high + int(np.argmax(fallen))
     length = 3.0 * float(at[low] - at[high])  # of half a cosine, a third of its time is the middle half of its fall
 
     def motion(unknown: Floats) -> _Motion:
         omega = math.exp(unknown[3]) / length
-        start, static, kinetic = at[high] + unknown[0] * length, unknown[1] * drop, unknown[2] * drop
+        start = at[high] + unknown[0] * length
+        static, kinetic = unknown[1] * drop, unknown[2] * drop
         zeta = unknown[4] if damping is None else damping
         return _motion(time, float(start), float(static), float(kinetic), rate, omega, zeta)
 
     count = 5 if damping is None else 4
-    top, middle = force[slip.peak] / drop, 0.5 * (force[slip.peak] + force[slip.trough]) / drop
+    top = force[slip.peak] / drop
+    middle = 0.5 * (force[slip.peak] + force[slip.trough]) / drop
     first = [-1.0 / 3.0, top, middle, math.log(math.pi), 0.1][:count]
-    ends = np.array([np.inf, np.inf, np.inf, math.log(FASTER), 0.9][:count])
+    limits = [np.inf, np.inf, np.inf, math.log(FASTER), 0.9]
+    ends = np.array(limits[:count])
 
     def misfit(unknown: Floats) -> Floats:
         return (motion(unknown).force - values) / drop
@@ -196,7 +210,8 @@ def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: fl
     reached = float(at[begin + int(np.argmax(values >= level))])
     if reached <= float(at[begin]):
         return None
-    first = [reached, level, level, math.log(2.0 * math.pi / period), 0.05, level / (reached - float(at[begin]))]
+    rate = level / (reached - float(at[begin]))
+    first = [reached, level, level, math.log(2.0 * math.pi / period), 0.05, rate]
     scale = np.array([period, fall, fall, 1.0, 1.0, fall / period])
 
     def misfit(unknown: Floats) -> Floats:
@@ -205,9 +220,8 @@ def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: fl
 
     low, high = np.full(6, -np.inf), np.full(6, np.inf)
     low[4], high[4] = 0.0, 0.9
-    best = scipy.optimize.least_squares(
-        misfit, np.array(first) / scale, bounds=(low, high), diff_step=np.full(6, 1e-6), max_nfev=100
-    )
+    start, steps = np.array(first) / scale, np.full(6, 1e-6)
+    best = scipy.optimize.least_squares(misfit, start, bounds=(low, high), diff_step=steps, max_nfev=100)
     left = float(np.mean(best.fun**2))
     if left > LEAST_DROP**2:
         return None

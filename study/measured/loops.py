@@ -55,16 +55,14 @@ class Loops:
 def strokes_between_turns(position: Floats) -> list[LoopStroke]:
     """Strokes of a stage from turn to turn; a part that is shorter than half of the longest is none."""
     turns = turning_points(position)
-    strokes = [
-        LoopStroke(first, last, 1 if position[last] > position[first] else -1) for first, last in pairwise(turns)
-    ]
-    longest = max(abs(position[stroke.last] - position[stroke.first]) for stroke in strokes)
-    return [
-        stroke
-        for stroke in strokes
-        if stroke.last - stroke.first >= FEWEST_POINTS
-        and abs(position[stroke.last] - position[stroke.first]) > longest / 2.0
-    ]
+    strokes = []
+    for first, last in pairwise(turns):
+        way = 1 if position[last] > position[first] else -1
+        strokes.append(LoopStroke(first, last, way))
+    lengths = [abs(position[stroke.last] - position[stroke.first]) for stroke in strokes]
+    longest = max(lengths)
+    far = [stroke for stroke, length in zip(strokes, lengths, strict=True) if length > longest / 2.0]
+    return [stroke for stroke in far if stroke.last - stroke.first >= FEWEST_POINTS]
 
 
 def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, rig: float = math.inf) -> Loops | None:
@@ -76,7 +74,8 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     if len({stroke.way for stroke in strokes}) < 2:
         return None
     force = _forces_along_strokes(position, force, strokes)
-    begin, end = (float(force[place : place + 3].mean()) for place in (strokes[0].first, strokes[0].last - 3))
+    first, last = strokes[0].first, strokes[0].last
+    begin, end = float(force[first : first + 3].mean()), float(force[last - 3 : last].mean())
     begins_at_rest = abs(begin) < abs(end) / 2.0
     if begins_at_rest and len(strokes) > 2:
         strokes, begins_at_rest = strokes[1:], False
@@ -86,7 +85,7 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     energies = [works[low] + works[high] for low, high in cycles]
     ends = [_contacts_at_turns(position, force, stroke) for stroke in strokes]
     swings = [(ends[low] - ends[high]) * strokes[low].way / 2.0 for low, high in cycles]
-    reaches = [abs(position[strokes[low].last] - position[strokes[low].first]) / 2.0 for low, _ in cycles]
+    reaches = [abs(position[stroke.last] - position[stroke.first]) / 2.0 for stroke in strokes[:-1]]
     # The rig between stage and contact takes up a part of the stage's amplitude.
     amplitudes = [reach - swing * soft for reach, swing in zip(reaches, swings, strict=True)]
     middles = [_mean_within_shares(position, force, stroke, *MIDDLE) for stroke in strokes]
@@ -100,14 +99,20 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     stiffness = mean_with_error([newtons * slope for slope in slopes], "N m-1")
     contact = _less_rig(stiffness, rig)
     ratio = mean_with_error(_separate(ratios), "1")
-    slides = ratio.value > SLIDES_FROM if float(np.ptp(force)) > NOISE * noise_deviation(force) and ratio.of else None
+    slides: bool | None = None
+    if ratio.of and float(np.ptp(force)) > NOISE * noise_deviation(force):
+        slides = ratio.value > SLIDES_FROM
+    friction, slip = mean_with_error([], unit), mean_with_error([], "m")
+    if slides:
+        friction, slip = mean_with_error(_separate(halves), unit), mean_with_error(_separate(widths), "m")
+    moved = [amplitude for amplitude in amplitudes if amplitude > 0.0]
     found = {
         "cycle_energy": mean_with_error(_separate(energies), "J"),
-        "mid_stroke_friction": mean_with_error(_separate(halves), unit) if slides else mean_with_error([], unit),
+        "mid_stroke_friction": friction,
         "turn_friction": mean_with_error(_separate(swings), unit),
         "contact_stiffness": contact,
-        "contact_amplitude": mean_with_error(_separate([each for each in amplitudes if each > 0.0]), "m"),
-        "slip_amplitude": mean_with_error(_separate(widths), "m") if slides else mean_with_error([], "m"),
+        "contact_amplitude": mean_with_error(_separate(moved), "m"),
+        "slip_amplitude": slip,
         "energy_ratio": ratio,
     }
     numbers = {name: number for name, number in found.items() if number.of}
@@ -154,7 +159,10 @@ def _contacts_at_turns(position: Floats, force: Floats, stroke: LoopStroke) -> f
     shares = _shares(position, stroke)
     last = shares >= NEAR_TURN
     forces = force[stroke.first : stroke.last + 1][last]
-    return float(np.polyval(np.polyfit(shares[last] - 1.0, forces, 1), 0.0)) if len(forces) > 2 else float(forces[-1])
+    if len(forces) < 3:
+        return float(forces[-1])
+    line = np.polyfit(shares[last] - 1.0, forces, 1)
+    return float(np.polyval(line, 0.0))
 
 
 def _width(position: Floats, force: Floats, there: LoopStroke, back: LoopStroke) -> float:
@@ -171,24 +179,27 @@ def _place_of_zero(position: Floats, force: Floats, stroke: LoopStroke) -> float
     if not len(passed):
         return float(own[0])
     near = passed[passed < passed[0] + FEWEST_POINTS]
-    places = [
-        own[each] - forces[each] * (own[each + 1] - own[each]) / (forces[each + 1] - forces[each]) for each in near
-    ]
+    way, rise = np.diff(own), np.diff(forces)
+    places = own[near] - forces[near] * way[near] / rise[near]
     return float(np.median(places))
 
 
 def _slope_after_turn(position: Floats, force: Floats, stroke: LoopStroke) -> float:
     """Slope of the force after the turn with which a stroke begins, while its contact sticks; NaN of too few samples."""
-    forces, own = stroke.way * force[stroke.first : stroke.last + 1], position[stroke.first : stroke.last + 1]
-    begin, level = float(forces[:3].mean()), float(np.median(forces[len(forces) // 2 :]))
+    forces = stroke.way * force[stroke.first : stroke.last + 1]
+    own = position[stroke.first : stroke.last + 1]
+    begin = float(forces[:3].mean())
+    level = float(np.median(forces[len(forces) // 2 :]))
     gone = (forces - begin) / (level - begin) if level > begin else np.zeros(len(forces))
     past = np.flatnonzero(gone > UNLOADED[1])
     within = np.flatnonzero(gone[: past[0] if len(past) else 0] >= UNLOADED[0])
     if len(within) < 2:
         return math.nan
     chosen = slice(int(within[0]), int(within[-1]) + 1)
-    spread = float(np.ptp(own[chosen]))
-    return stroke.way * float(np.polyfit(own[chosen], forces[chosen], 1)[0]) if spread > 0.0 else math.nan
+    if not float(np.ptp(own[chosen])) > 0.0:
+        return math.nan
+    slope, _ = np.polyfit(own[chosen], forces[chosen], 1)
+    return stroke.way * float(slope)
 
 
 def _less_rig(stiffness: Measured, rig: float) -> Measured:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import scipy
@@ -46,7 +46,8 @@ def has_correlation(values: Floats) -> bool:
         return False
     # About the correlation of neighbours: for n independent values 0 ± √((n - 2)/(n² - 1)).
     alike = 1.0 - float(np.sum(np.diff(values) ** 2)) / (2.0 * squares)
-    return alike > float(scipy.special.ndtri(1.0 - REJECTED)) * math.sqrt((count - 2.0) / (count**2 - 1.0))
+    least = float(scipy.special.ndtri(1.0 - REJECTED))
+    return alike > least * math.sqrt((count - 2.0) / (count**2 - 1.0))
 
 
 def mean_of_cycles(
@@ -61,16 +62,25 @@ def mean_of_cycles(
     kept[:1] &= len(starts) <= FEWEST  # the first slip is from rest
     if not kept.any():
         return {}
-    work, lasts = np.diff(np.interp(starts, at, _impulse(at, force)))[kept], np.diff(starts)[kept]
+    work = np.diff(np.interp(starts, at, _impulse(at, force)))[kept]
+    lasts = np.diff(starts)[kept]
     if len(lasts) > 1 and has_correlation(work - work.sum() / lasts.sum() * lasts):
-        work, lasts = (np.array([part.sum() for part in np.array_split(each, VALUE_BATCHES)]) for each in (work, lasts))
-    without = [] if len(lasts) < 2 else (work.sum() - work) / (lasts.sum() - lasts)
-    return {"mean_force": Measured(float(work.sum() / lasts.sum()), jackknife(without), int(kept.sum()), unit)}
+        work, lasts = _batch_sums(work), _batch_sums(lasts)
+    without: Any = []
+    if len(lasts) > 1:
+        without = (work.sum() - work) / (lasts.sum() - lasts)
+    mean = float(work.sum() / lasts.sum())
+    return {"mean_force": Measured(mean, jackknife(without), int(kept.sum()), unit)}
+
+
+def _batch_sums(values: Floats) -> Floats:
+    return np.array([batch.sum() for batch in np.array_split(values, VALUE_BATCHES)])
 
 
 def _impulse(at: Floats, force: Floats) -> Floats:
     """The force added up from the first sample to each."""
-    return np.concatenate(([0.0], np.cumsum(np.diff(at) * (force[1:] + force[:-1]) / 2.0)))
+    parts = np.diff(at) * (force[1:] + force[:-1]) / 2.0
+    return np.concatenate(([0.0], np.cumsum(parts)))
 
 
 def mean_with_error(values: Sequence[float] | Floats, unit: str) -> Measured:
@@ -78,7 +88,8 @@ def mean_with_error(values: Sequence[float] | Floats, unit: str) -> Measured:
     if not len(values):
         return Measured(math.nan, math.nan, 0, unit)
     mean = float(np.mean(values))
-    return Measured(mean, float(mean_of(independent(np.asarray(values, float))).uncertainty), len(values), unit)
+    error = mean_of(independent(np.asarray(values, float))).uncertainty
+    return Measured(mean, float(error), len(values), unit)
 
 
 def steady_mean(at: Floats, force: Floats, unit: str) -> tuple[Measured, float, float]:
@@ -87,5 +98,8 @@ def steady_mean(at: Floats, force: Floats, unit: str) -> tuple[Measured, float, 
     bins = np.diff(np.interp(edges, at, _impulse(at, force))) / np.diff(edges)
     blocks, complaint = steady_blocks(bins)
     means = blocks.reshape(8, -1).mean(axis=1)
-    change = float(np.polyfit(np.linspace(-0.5, 0.5, 8), means, 1)[0] / means.mean()) if complaint else math.nan
+    change = math.nan
+    if complaint:
+        slope, _ = np.polyfit(np.linspace(-0.5, 0.5, 8), means, 1)
+        change = float(slope / means.mean())
     return mean_with_error(means, unit), float(edges[truncation(bins)]), change

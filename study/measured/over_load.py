@@ -33,10 +33,11 @@ def friction_over_load(load: Floats, force: Floats) -> dict[str, Measured]:
     Parts without sliding are left out: further from the line of Theil and Sen than others by ten robust standard deviations.
     """
     count = min(MOST_MEANS, len(load))
-    loads, forces = (np.array([part.mean() for part in np.array_split(each, count)]) for each in (np.abs(load), force))
+    loads, forces = _group_means(np.abs(load), count), _group_means(force, count)
     robust = scipy.stats.theilslopes(forces, loads)
     off = np.abs(forces - robust.intercept - robust.slope * loads)
-    slides = off <= NOISE * max(float(np.median(off)), np.finfo(float).eps * float(np.abs(forces).max()))
+    rounding = np.finfo(float).eps * float(np.abs(forces).max())
+    slides = off <= NOISE * max(float(np.median(off)), rounding)
     loads, forces = loads[slides], forces[slides]
     line = scipy.stats.linregress(loads, forces)
     without = []
@@ -45,8 +46,13 @@ def friction_over_load(load: Floats, force: Floats) -> dict[str, Measured]:
         part = scipy.stats.linregress(loads[kept], forces[kept])
         without.append((part.slope, part.intercept))
     slopes, intercepts = np.array(without).T
+    count = len(loads)
     return {
-        "friction_slope": Measured(float(line.slope), float(jackknife(slopes)), len(loads)),
-        "friction_intercept": Measured(float(line.intercept), float(jackknife(intercepts)), len(loads), "N"),
+        "friction_slope": Measured(float(line.slope), float(jackknife(slopes)), count),
+        "friction_intercept": Measured(float(line.intercept), float(jackknife(intercepts)), count, "N"),
         "load_correlation": Measured(float(line.rvalue), math.nan, 0),
     }
+
+
+def _group_means(values: Floats, count: int) -> Floats:
+    return np.array([group.mean() for group in np.array_split(values, count)])

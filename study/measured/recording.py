@@ -102,10 +102,11 @@ class Trace:
         """The trace less a constant force, and less a drift that grows from its start on."""
         return replace(self, force=self.force - offset - drift * (self.at - self.at[0]))
 
-    def averaged(self, width: int) -> "Trace":
+    def average(self, width: int) -> "Trace":
         """Average neighbouring samples in groups of `width`."""
         kept = len(self.at) // width * width
-        at, force = (values[:kept].reshape(-1, width).mean(axis=1) for values in (self.at, self.force))
+        groups = (values[:kept].reshape(-1, width) for values in (self.at, self.force))
+        at, force = (samples.mean(axis=1) for samples in groups)
         return replace(self, at=at, force=force, load=None, position=None)
 
     def convert_to_time(self, velocity: float) -> "Trace":
@@ -121,9 +122,9 @@ class Trace:
         """The samples from `start` to `end` (s or m, as in the file; NaN for no limit). Raises InvalidInput of too few."""
         kept = ~((self.at < start) | (self.at > end))
         require("number of points", int(kept.sum()), kept.sum() >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
-        return self._of_samples(kept)
+        return self._select(kept)
 
-    def _of_samples(self, kept: NDArray[np.bool_]) -> "Trace":
+    def _select(self, kept: NDArray[np.bool_]) -> "Trace":
         load = None if self.load is None else self.load[kept]
         position = None if self.position is None else self.position[kept]
         return replace(self, at=self.at[kept], force=self.force[kept], load=load, position=position)
@@ -137,9 +138,10 @@ class Trace:
         if not kept.any():
             raise InvalidInput(f"normal load = {load.min():.4g} to {load.max():.4g} N: needs values other than 0")
         source = None if self.source is None else replace(self.source, unloaded=int((~kept).sum()))
-        loaded = self._of_samples(kept)
+        loaded = self._select(kept)
         mean_load = float(load[kept].mean()) if self.unit == "N" else math.nan
-        return replace(loaded, force=loaded.force / load[kept], unit="1", load=None, source=source, mean_load=mean_load)
+        coefficients = loaded.force / load[kept]
+        return replace(loaded, force=coefficients, unit="1", load=None, source=source, mean_load=mean_load)
 
 
 class TraceOptions(NamedTuple):
@@ -214,7 +216,8 @@ def turning_points(position: Floats) -> list[int]:
     away = np.flatnonzero(np.abs(position - position[0]) > least)
     if not len(away):
         return [0, len(position) - 1]
-    way, turns, far = math.copysign(1.0, float(position[away[0]] - position[0])), [0], 0
+    way = math.copysign(1.0, float(position[away[0]] - position[0]))
+    turns, far = [0], 0
     for place, value in enumerate(position.tolist()):
         if way * value > way * position[far]:
             far = place
@@ -293,9 +296,12 @@ def _role(column: FileColumn) -> str:
 def _column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns:
     """Columns of time or displacement, force and perhaps load. Raises InvalidInput if names do not determine them."""
     if given.columns:
-        return ChosenColumns(*(source.named(each) for each in given.columns))
-    roles = [_role(each) for each in source.columns]
-    of = {role: [place for place, each in enumerate(roles) if each == role] for role in _ROLES}
+        return ChosenColumns(*(source.find_column(name) for name in given.columns))
+    of: dict[str, list[int]] = {role: [] for role in _ROLES}
+    for place, column in enumerate(source.columns):
+        role = _role(column)
+        if role in of:
+            of[role].append(place)
     named = any(_ROLES["force"].search(each.name) for each in source.columns)
     if not named and len(of["load"]) == 1 and "normal" not in source.columns[of["load"][0]].name.casefold():
         of["force"], of["load"] = of["load"], []  # a tensile tester pulls by its load
@@ -310,7 +316,9 @@ def _column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns
         position = turning[0] if overs == times and len(turning) == 1 else None
         return ChosenColumns(overs[0], forces[0], load, position)
     if len(source.columns) == 2 and len(overs) < 2 and len(forces) < 2 and not of["load"]:
-        first = overs[0] if overs else 1 - forces[0] if forces else 0
+        first = 0
+        if overs or forces:
+            first = overs[0] if overs else 1 - forces[0]
         return ChosenColumns(first, 1 - first)
     raise InvalidInput(f"columns {source}: needs --columns, time or displacement and force, as --columns 1 2")
 
@@ -359,8 +367,10 @@ def outliers(force: Floats) -> NDArray[np.bool_]:
     spread = _NORMAL * np.median(np.abs(windows - middle[:, None]), axis=1)
     apart = np.diff(windows, axis=1)
     before, behind = apart[:, _BESIDE - 1], -apart[:, _BESIDE]
-    lone = np.where(before * behind > 0.0, np.minimum(np.abs(before), np.abs(behind)), 0.0)
-    others = np.abs(np.column_stack((apart[:, : _BESIDE - 1], before - behind, apart[:, _BESIDE + 1 :]))).max(axis=1)
+    smaller = np.minimum(np.abs(before), np.abs(behind))
+    lone = np.where(before * behind > 0.0, smaller, 0.0)
+    beside = np.column_stack((apart[:, : _BESIDE - 1], before - behind, apart[:, _BESIDE + 1 :]))
+    others = np.abs(beside).max(axis=1)
     far: NDArray[np.bool_] = np.abs(force - middle) > np.maximum(_BESIDE * spread, least)
     far |= lone > np.maximum(_BESIDE * others, least)
     return far
@@ -376,12 +386,12 @@ def two_way(force: Floats) -> bool:
     Noise alone is no stroke.
     """
     middle = (float(force.max()) + float(force.min())) / 2.0
-    high, low = float(np.median(force[force >= middle])), float(np.median(force[force <= middle]))
-    return (
-        low < 0.0 < high
-        and min(high, -low) >= LEAST_DROP * max(high, -low)
-        and high - low > NOISE * noise_deviation(force)
-    )
+    high = float(np.median(force[force >= middle]))
+    low = float(np.median(force[force <= middle]))
+    if not low < 0.0 < high:
+        return False
+    smaller, larger = sorted((high, -low))
+    return smaller >= LEAST_DROP * larger and high - low > NOISE * noise_deviation(force)
 
 
 class Limits(NamedTuple):
@@ -401,8 +411,11 @@ def limits(force: Floats) -> Limits:
 
     def cut(extreme: float) -> int:
         edges = np.flatnonzero(np.diff(np.concatenate(([False], force == extreme, [False]))))
-        runs = [(low, high) for low, high in edges.reshape(-1, 2) if low > 0 and high < len(force) and high - low >= 3]
+        inner = [(low, high) for low, high in edges.reshape(-1, 2) if low > 0 and high < len(force)]
+        runs = [(low, high) for low, high in inner if high - low >= 3]
         jumps = [max(steps[low - 1], steps[high - 1]) for low, high in runs]
-        return sum(high - low for low, high in runs) if len(runs) > 1 and np.median(jumps) > 2.0 * smallest else 0
+        if len(runs) < 2 or not np.median(jumps) > 2.0 * smallest:
+            return 0
+        return sum(high - low for low, high in runs)
 
     return Limits(cut(float(force.min())), cut(float(force.max())))

@@ -33,16 +33,17 @@ class Averaged(NamedTuple):
 
 def _averaging_width(trace: Trace, width: int) -> Averaged:
     noise = noise_deviation(trace.force, width)
-    trace = trace.averaged(width)
+    trace = trace.average(width)
     force = trace.force
     drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
     slips = [slip for slip in _slips(force, max(NOISE * noise, drop)) if slip.peak > 0]
     return Averaged(width, trace, noise, drop, slips)
 
 
-def averaged(trace: Trace) -> Averaged:
+def narrowest_means(trace: Trace) -> Averaged:
     """The narrowest means that show all slips but one, as a slip at an end may be visible or not."""
-    widths = [_averaging_width(trace, 2**power) for power in range((len(trace.at) // FEWEST_POINTS).bit_length() or 1)]
+    powers = (len(trace.at) // FEWEST_POINTS).bit_length() or 1
+    widths = [_averaging_width(trace, 2**power) for power in range(powers)]
     most = max(len(averages.slips) for averages in widths)
     return next(averages for averages in widths if len(averages.slips) >= most - 1)
 
@@ -56,12 +57,16 @@ def end_of_pull(averages: Averaged) -> int:
     if not slips:
         return 0
     last, drops = slips[-1], [force[slip.peak] - force[slip.trough] for slip in slips]
-    regular = len(slips) > 2 and drops[-1 if last.ended else -2] > 0.5 * drops[0] and keeps_sliding(averages)
+    regular = False
+    if len(slips) > 2:
+        whole = drops[-1 if last.ended else -2]
+        regular = whole > 0.5 * drops[0] and keeps_sliding(averages)
     if last.ended:
         level = float(np.median(force[last.trough :]))
         return last.trough + int(np.argmax(force[last.trough :] >= level)) if regular else 0
     above = force >= force[last.peak] - 0.25 * drops[-1]
-    end = last.peak + int(np.flatnonzero(above[last.peak : last.trough + 1])[-1]) + 1
+    high = np.flatnonzero(above[last.peak : last.trough + 1])
+    end = last.peak + int(high[-1]) + 1
     top = force[int(np.argmax(above)) : end]  # its median is an eighth of the fall below the peak if it rises and falls
     steady = len(top) >= FEWEST_POINTS and force[last.peak] - np.median(top) < drops[-1] / 16.0
     return end if regular or steady or _rests(averages) else 0
@@ -71,7 +76,8 @@ def _rests(averages: Averaged) -> bool:
     """True if the force falls for the last time below a tenth of its peak, and a pull as before would have raised it again."""
     at, force, slips = averages.trace.at, averages.trace.force, averages.slips
     last, before = slips[-1], slips[-2].trough if len(slips) > 1 else 0
-    fell = last.peak + int(np.argmax(force[last.peak :] <= 0.75 * force[last.trough] + 0.25 * force[last.peak]))
+    low = 0.75 * force[last.trough] + 0.25 * force[last.peak]
+    fell = last.peak + int(np.argmax(force[last.peak :] <= low))
     if len(at) - fell < FEWEST_POINTS or abs(np.median(force[fell:])) > LEAST_DROP * force[last.peak]:
         return False
     raised = rise_rate(at, force, before, last.peak) * (at[-1] - at[fell])
@@ -89,9 +95,11 @@ def keeps_sliding(averages: Averaged) -> bool:
     if not slips:
         return True
     peaks = at[[slip.peak for slip in slips]]
-    level = np.ptp(force[(slips[-1].peak + len(at)) // 2 :]) <= max(averages.drop, NOISE * averages.noise)
+    behind = force[(slips[-1].peak + len(at)) // 2 :]
+    level = np.ptp(behind) <= max(averages.drop, NOISE * averages.noise)
     rise = peaks[0] - at[begin_of_rise(force, slips[0].peak)]
-    return bool(level and at[-1] - peaks[-1] > (np.diff(peaks).max() if len(slips) > 1 else rise))
+    longest = np.diff(peaks).max() if len(slips) > 1 else rise
+    return bool(level and at[-1] - peaks[-1] > longest)
 
 
 def _slips(force: Floats, drop: float) -> list[TraceSlip]:
@@ -122,7 +130,8 @@ def is_turned(at: Floats, slips: Sequence[TraceSlip]) -> bool:
 def begin_of_rise(force: Floats, high: int) -> int:
     """The sample from which the force rises to that of the first peak: before, a stage may be at rest."""
     smooth = np.maximum.accumulate(force[:high])
-    return min(int(np.searchsorted(smooth, 0.9 * force[0] + 0.1 * force[high])), high - 1)
+    rises = int(np.searchsorted(smooth, 0.9 * force[0] + 0.1 * force[high]))
+    return min(rises, high - 1)
 
 
 def rise_rate(at: Floats, force: Floats, low: int, high: int) -> float:
@@ -201,12 +210,15 @@ def breakaway(at: Floats, force: Floats, level: float) -> Breakaway | None:
     falls = 2.0 * sums[after] - sums[after - width] - sums[after + width]
     sample = _sample_of_break(at, force, int(after[np.argmax(falls)]), width)
     before = slice(sample - 2 * width, sample)
-    line, scatter = np.polyfit(at[before] - at[sample - 1 : sample + 1].mean(), force[before], 1, cov=True)
+    middle = at[sample - 1 : sample + 1].mean()
+    line, scatter = np.polyfit(at[before] - middle, force[before], 1, cov=True)
     slides = force[sample + width :]
     means = slides[: len(slides) // width * width].reshape(-1, width).mean(axis=1)
     spread = float(means.std(ddof=1)) if len(means) > FEWEST else math.inf
-    scattered = math.sqrt(scatter[1, 1]) * float(scipy.special.stdtrit(2 * width - 2, ONE_SIGMA))
-    error = math.hypot(scattered, line[0] * (at[sample] - at[sample - 1]) / math.sqrt(12.0))  # anywhere between samples
+    quantile = float(scipy.special.stdtrit(2 * width - 2, ONE_SIGMA))
+    scattered = math.sqrt(scatter[1, 1]) * quantile
+    step = line[0] * (at[sample] - at[sample - 1])
+    error = math.hypot(scattered, step / math.sqrt(12.0))  # anywhere between samples
     above = line[1] - level > NOISE / 2.0 * math.hypot(spread, error)
     return Breakaway(float(line[1]), error, sample) if above else None
 
@@ -217,8 +229,11 @@ def _sample_of_break(at: Floats, force: Floats, about: int, width: int) -> int:
 
     def misfit(sample: int) -> float:
         ends = (about - 2 * width, sample), (sample, min(about + 2 * width, len(force)))
-        lines = [np.polyfit(at[first:last] - at[about], force[first:last], 1, full=True) for first, last in ends]
-        return sum(float(squares.sum()) for _, squares, *_ in lines)
+        misses = []
+        for first, last in ends:
+            _, squares, *_ = np.polyfit(at[first:last] - at[about], force[first:last], 1, full=True)
+            misses.append(float(squares.sum()))
+        return sum(misses)
 
     return min(range(about - width + 1, min(about + width, len(force) - 3)), key=misfit)
 
@@ -233,13 +248,18 @@ class Stroke(NamedTuple):
 
 def cut_strokes(force: Floats, middle: float, swing: float) -> list[Stroke]:
     """Strokes of a force of both signs, cut where it passes the middle; `swing` is half its usual range."""
-    sides = np.where(force > middle + swing / 2.0, 1, np.where(force < middle - swing / 2.0, -1, 0))
+    below = np.where(force < middle - swing / 2.0, -1, 0)
+    sides = np.where(force > middle + swing / 2.0, 1, below)
     held = np.flatnonzero(sides)  # so noise at the middle turns nothing
     turns = held[1:][np.diff(sides[held]) != 0]
-    passed = [int(np.flatnonzero((force[:turn] - middle) * sides[turn] <= 0.0)[-1]) + 1 for turn in turns]
+    passed = []
+    for turn in turns:
+        before = np.flatnonzero((force[:turn] - middle) * sides[turn] <= 0.0)
+        passed.append(int(before[-1]) + 1)
     found = []
     for first, turn in pairwise([0, *passed, len(force)]):
         sign = float(sides[held[(held >= first) & (held < turn)][0]])
         forces = sign * (force[first:turn] - middle)
-        found.append(Stroke(first, first + int(np.flatnonzero(forces >= np.median(forces))[-1]) + 1, sign))
+        last = int(np.flatnonzero(forces >= np.median(forces))[-1])
+        found.append(Stroke(first, first + last + 1, sign))
     return [stroke for stroke in found if stroke.last - stroke.first >= FEWEST_POINTS]

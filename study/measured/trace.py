@@ -33,13 +33,13 @@ from nanoslip.study.measured.slips import (
     Averaged,
     Stroke,
     TraceSlip,
-    averaged,
     begin_of_rise,
     breakaway,
     cut_strokes,
     end_of_pull,
     is_turned,
     keeps_sliding,
+    narrowest_means,
     ramp,
     ring_width,
     rise_rate,
@@ -130,7 +130,8 @@ def measure_trace(
 
 def _load_line_numbers(trace: Trace, load: Floats) -> TraceNumbers:
     """Friction over a load that changes. Raises InvalidInput of strokes of both signs, which need a load of their own each."""
-    low, high = float(np.abs(load).min()), float(np.abs(load).max())
+    loads = np.abs(load)
+    low, high = float(loads.min()), float(loads.max())
     if two_way(trace.force):
         raise InvalidInput(
             f"normal load = {low:.4g} to {high:.4g} N: needs one load for strokes of both signs; --from, --to"
@@ -158,16 +159,21 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
         )
         few = "few_" if len(strokes) == 2 else ""
         flags.append(TraceFlag(f"{few}strokes_drift", {"rate": rate, **_units(trace, pull)}))
-    found = [_pull_numbers(trace.part(stroke.first, stroke.last, stroke.sign, middle), pull) for stroke in strokes]
-    names = {name: each.unit for one in found for name, each in one.numbers.items()}
-    values = {name: [one.numbers[name].value for one in found if name in one.numbers] for name in names}
-    numbers = {name: mean_with_error(values[name], unit) for name, unit in names.items()} | numbers
+    parts = [trace.part(stroke.first, stroke.last, stroke.sign, middle) for stroke in strokes]
+    found = [_pull_numbers(part, pull) for part in parts]
+    names = {name: number.unit for one in found for name, number in one.numbers.items()}
+    means = {}
+    for name, unit in names.items():
+        values = [one.numbers[name].value for one in found if name in one.numbers]
+        means[name] = mean_with_error(values, unit)
+    numbers = means | numbers
     level = "mean_force" if "mean_force" in names else "kinetic_friction"
     ways: dict[float, list[float]] = {1.0: [], -1.0: []}
     for one, stroke in zip(found, strokes, strict=True):
         if level in one.numbers:
             ways[stroke.sign].append(one.numbers[level].value)
-    halves = [middle + (there - back) / 2.0 for there, back in zip(*ways.values(), strict=False)]
+    pairs = zip(ways[1.0], ways[-1.0], strict=False)
+    halves = [middle + (there - back) / 2.0 for there, back in pairs]
     numbers |= {"force_offset": mean_with_error(halves, pull.unit)} if halves else {}
     offset = float(np.mean(halves)) if halves else middle
     unlike = {flag.name: flag for one in found for flag in one.flags if flag.name not in OF_PLACES}
@@ -177,10 +183,10 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
         loops = measure_loops(trace.position, trace.force - offset, pull.unit, newtons, pull.rig)
     elastic = not FRICTIONS & numbers.keys() and _is_triangle(trace.force - offset)
     if elastic or (loops and loops.slides is False):
-        flags.append(
-            TraceFlag("nothing_slides", {"force": float(np.abs(trace.force - offset).max()), **_units(trace, pull)})
-        )
-        numbers, unlike = {name: numbers[name] for name in ("force_drift", "force_offset") if name in numbers}, {}
+        largest = float(np.abs(trace.force - offset).max())
+        flags.append(TraceFlag("nothing_slides", {"force": largest, **_units(trace, pull)}))
+        numbers = {name: numbers[name] for name in ("force_drift", "force_offset") if name in numbers}
+        unlike = {}
     if loops:
         numbers |= loops.numbers
         flags += [TraceFlag("as_stiff_as_rig", {})] if loops.rigid else []
@@ -191,7 +197,8 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
 
 def _cut(force: Floats) -> tuple[float, list[Stroke]]:
     """The middle of a force of both signs, and its strokes."""
-    high, low = (float(np.median(force[force * sign > 0.0])) for sign in (1.0, -1.0))
+    high = float(np.median(force[force > 0.0]))
+    low = float(np.median(force[force < 0.0]))
     middle = (high + low) / 2.0
     return middle, cut_strokes(force, middle, (high - low) / 2.0)
 
@@ -213,8 +220,8 @@ def common_drift(trace: Trace, strokes: Sequence[Stroke]) -> Measured:
         place = stroke.sign * (at - at.mean()) if trace.position is None else trace.position[own]
         edges = _edges_of_means(trace.part(stroke.first, stroke.last, stroke.sign))
         for low, high in pairwise(edges):
-            along = stroke.sign * float(place[low:high].mean())
-            rows.append((stroke.sign, float(at[low:high].mean()), along, float(force[low:high].mean())))
+            centre, along, mean = (float(values[low:high].mean()) for values in (at, place, force))
+            rows.append((stroke.sign, centre, stroke.sign * along, mean))
     signs, centres, along_way, means = np.array(rows).T
     columns = [signs, np.ones(len(signs)), centres - trace.at[0]]
     if len(strokes) > 2:
@@ -226,12 +233,13 @@ def common_drift(trace: Trace, strokes: Sequence[Stroke]) -> Measured:
     solved, *_ = np.linalg.lstsq(terms, means)
     scatter = float(np.sum((means - terms @ solved) ** 2)) / free
     inverse = np.linalg.inv(terms.T @ terms)
-    return Measured(float(solved[2]), math.sqrt(scatter * float(inverse[2, 2])), len(means))
+    error = math.sqrt(scatter * float(inverse[2, 2]))
+    return Measured(float(solved[2]), error, len(means))
 
 
 def _edges_of_means(stroke: Trace) -> list[int]:
     """Samples between which a stroke's force is averaged: its slips, or eighths of the part that slides."""
-    averages = averaged(stroke)
+    averages = narrowest_means(stroke)
     peaks = [slip.peak * averages.width for slip in averages.slips]
     if len(peaks) > FEWEST:
         return peaks
@@ -250,15 +258,16 @@ def _is_triangle(force: Floats) -> bool:
 
 def _pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     """Numbers of a single pull. The part after its end is left out."""
-    averages = averaged(trace)
+    averages = narrowest_means(trace)
     if width := ring_width(trace, averages):
         return _ringing_numbers(trace, width, pull)
     end = end_of_pull(averages)
     if end * averages.width < FEWEST_POINTS:
-        return _averaged_numbers(trace, averages, pull)
+        return _numbers_of_means(trace, averages, pull)
     found = _pull_numbers(trace.part(0, end * averages.width), pull)
     level = float(np.median(averages.trace.force[averages.slips[-1].trough :]))
-    ends = TraceFlag("pull_ends", {"at": float(averages.trace.at[end]), "level": level, **_units(trace, pull)})
+    at = float(averages.trace.at[end])
+    ends = TraceFlag("pull_ends", {"at": at, "level": level, **_units(trace, pull)})
     return replace(found, flags=(ends, *found.flags))
 
 
@@ -267,7 +276,7 @@ def _ringing_numbers(trace: Trace, width: int, pull: _Pull) -> TraceNumbers:
 
     Where in a period the pin breaks away is not known: ± of μ_s has what the force rises in one.
     """
-    found = _pull_numbers(trace.averaged(width), pull)
+    found = _pull_numbers(trace.average(width), pull)
     period, numbers = width * float(np.median(np.diff(trace.at))), dict(found.numbers)
     if static := numbers.get("static_friction"):
         (rate,) = ramp(trace.at, trace.force, float(np.median(trace.force)))
@@ -276,7 +285,7 @@ def _ringing_numbers(trace: Trace, width: int, pull: _Pull) -> TraceNumbers:
     return replace(found, numbers=numbers, flags=(flag, *found.flags))
 
 
-def _averaged_numbers(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
+def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
     at, force, slips = averages.trace.at, averages.trace.force, averages.slips
     cut, flags = limits(trace.force), list(_noise_flags(averages, pull))
     if backward := is_turned(at, slips):
@@ -285,7 +294,9 @@ def _averaged_numbers(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
     slides = keeps_sliding(averages._replace(slips=slips))
     lows = [0, *(slip.trough for slip in slips)]  # where the force begins to rise
     rates = [rise_rate(at, force, low, slip.peak) for low, slip in zip(lows, slips, strict=False)]
-    whole = [number for number, slip in enumerate(slips) if slip.ended] if not slides else []
+    whole: list[int] = []
+    if not slides:
+        whole = [number for number, slip in enumerate(slips) if slip.ended]
     fitted = fit_cycles(averages, whole, rates, pull.damping)
     cycles = tuple(fitted.cycles)
     numbers: dict[str, Measured] = {}
@@ -293,7 +304,7 @@ def _averaged_numbers(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
         numbers = _cycle_numbers(fitted, pull.unit, "s" if trace.over == "time" else "m")
         numbers |= mean_of_cycles(at, force, [cycle.start for cycle in cycles], pull.unit, fitted.together())
     elif whole:
-        numbers = _of_samples(at, force, [slips[number] for number in whole], pull.unit, trace.over)
+        numbers = _sample_numbers(at, force, [slips[number] for number in whole], pull.unit, trace.over)
     flags += _fit_flags(averages, fitted, pull)
     if slides and not backward:
         numbers |= _sliding(trace, averages._replace(slips=slips), pull, flags)
@@ -304,13 +315,15 @@ def _averaged_numbers(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
             peaks = [slip.peak for slip in slips]
             level = float(np.median(force[peaks[-1] :]))
             ringing = ring_down(at, force, begin_of_rise(force, peaks[0]), peaks, level)
-            flags.append(TraceFlag("inertia", {"peak": float(force[peaks[0]]), **_units(trace, pull)}))
+            peak = float(force[peaks[0]])
+            flags.append(TraceFlag("inertia", {"peak": peak, **_units(trace, pull)}))
             if ringing:
                 numbers["static_friction"] = Measured(*ringing, 1, pull.unit)
                 breaks = int(np.argmax(force >= min(ringing.force, float(force[peaks[0]]))))
                 rates = [rise_rate(at, force, 0, breaks)] if breaks > FEWEST else []
     if rates:
-        numbers |= _stiffness(trace, pull.newtons * np.array(rates[1:] or rates), pull.velocity, pull.load)
+        slopes = pull.newtons * np.array(rates[1:] or rates)
+        numbers |= _stiffness(trace, slopes, pull.velocity, pull.load)
     if any(cut):
         numbers = _numbers_within_limits(numbers, cut, np.array([force[slip.peak] for slip in slips]), pull.unit)
         flags = [TraceFlag("sensor_limit", {"low": cut.low, "high": cut.high})]
@@ -330,15 +343,17 @@ def _numbers_within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Flo
     return kept if cut.high or not len(peaks) else {"static_friction": mean_with_error(peaks, unit), **kept}
 
 
-def _of_samples(at: Floats, force: Floats, slips: Sequence[TraceSlip], unit: str, over: str) -> dict[str, Measured]:
+def _sample_numbers(at: Floats, force: Floats, slips: Sequence[TraceSlip], unit: str, over: str) -> dict[str, Measured]:
     """Numbers of slips that Eq. 16-19 do not fit: their largest and least samples, and their periods."""
-    peaks = [slip.peak for slip in slips]
+    peaks, troughs = [slip.peak for slip in slips], [slip.trough for slip in slips]
+    periods = np.diff(at[peaks])[1:]
     found = {
         "static_friction": mean_with_error(force[peaks], unit),
-        "spring_force_amplitude": mean_with_error(force[peaks] - force[[slip.trough for slip in slips]], unit),
-        "stick_slip_period": mean_with_error(np.diff(at[peaks])[1:], "s" if over == "time" else "m"),
+        "spring_force_amplitude": mean_with_error(force[peaks] - force[troughs], unit),
+        "stick_slip_period": mean_with_error(periods, "s" if over == "time" else "m"),
     }
-    found |= mean_of_cycles(at, force, at[peaks].tolist(), unit, np.ones(len(peaks) - 1, bool))
+    together = np.ones(len(peaks) - 1, bool)
+    found |= mean_of_cycles(at, force, at[peaks].tolist(), unit, together)
     return {name: number for name, number in found.items() if number.of}
 
 
@@ -407,15 +422,21 @@ def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Meas
         own = mean_with_error([of(cycle) for cycle in fitted.free or cycles], unit)
         return own._replace(value=float(np.mean([of(cycle) for cycle in cycles])))
 
-    sure = math.isfinite(damping.value)
     together = fitted.together()
     periods = (np.diff([cycle.start for cycle in cycles]) / np.diff(fitted.chosen))[together]
+    if len(periods) > 1 and together[0]:
+        periods = periods[1:]
+    kinetic, natural = mean_with_error([], unit), mean_with_error([], time)
+    if math.isfinite(damping.value):
+        kinetic = mean(lambda cycle: cycle.kinetic, unit)
+    if damping.of:
+        natural = mean(lambda cycle: cycle.period, time)
     found = {
         "static_friction": mean(lambda cycle: cycle.driving, unit),
-        "kinetic_friction": mean(lambda cycle: cycle.kinetic, unit) if sure else mean_with_error([], unit),
+        "kinetic_friction": kinetic,
         "spring_force_amplitude": mean(lambda cycle: cycle.static - cycle.trough, unit),
-        "stick_slip_period": mean_with_error(periods[1:] if len(periods) > 1 and together[0] else periods, time),
-        "natural_period": mean(lambda cycle: cycle.period, time) if damping.of else mean_with_error([], time),
+        "stick_slip_period": mean_with_error(periods, time),
+        "natural_period": natural,
         "damping_ratio": damping,
     }
     if fitted.samples < RESOLVED:  # the largest force lies between samples
@@ -426,14 +447,17 @@ def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Meas
 def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dict[str, Measured]:
     """Slope of the force while the pin sticks: over displacement (given by time and velocity), else over time."""
     far = trace.over == "displacement" or math.isfinite(velocity)
-    over, per = ("m", velocity if trace.over == "time" else 1.0) if far else ("s", 1.0)
+    over, per = "s", 1.0
+    if far:
+        over, per = "m", velocity if trace.over == "time" else 1.0
     force = "N " if trace.unit == "N" or math.isfinite(load) else ""
     return {"rising_stiffness" if far else "rising_rate": mean_with_error(rates / per, f"{force}{over}-1")}
 
 
 def _noise_flags(averages: Averaged, pull: _Pull) -> Iterator[TraceFlag]:
     """Flags of the samples."""
-    force, begins, units = averages.trace.force, float(averages.trace.force[0]), _units(averages.trace, pull)
+    force, units = averages.trace.force, _units(averages.trace, pull)
+    begins = float(force[0])
     if averages.width > 1:
         yield TraceFlag("averaged", {"width": averages.width})
     if abs(begins) > max(NOISE * averages.noise, 0.02 * float(force.max())):
