@@ -35,8 +35,7 @@ def find_dispatcher(function: Callable[..., object], allocates: bool, options: d
     If no cache folder can be written or read, every process compiles for itself.
     """
     internal = options["no_cpython_wrapper"]
-    # With fastmath bits depend on what is optimized together: such a kernel is optimized by itself.
-    compiler = _PartCompiler if internal and "fastmath" not in options else Compiler
+    compiler = _PartCompiler if internal else Compiler
     dispatcher: Any = njit(**{"nogil": True, "_nrt": allocates, **options}, pipeline_class=compiler)(function)
     if dispatcher is function:
         raise RuntimeError("NUMBA_DISABLE_JIT: needs to be unset, as kernels work on numba's records")

@@ -230,7 +230,7 @@ def _state(
     few = compliance.slab.nodes <= FEW_NODES and compliance.lasting
     set_up = _set_up_before if few else _set_up
     expected = math.pi * (estimate_half_width(case) / case.slab.spacing) ** 2 if case.slab.scheme.planar else 0.0
-    matrix, plane, padded = set_up(compliance, window.tobytes(), contact.tobytes(), expected)
+    columns, plane, padded = set_up(compliance, window.tobytes(), contact.tobytes(), expected)
     entries, nodes = 2 * len(contact) + 1, len(contact)
     if few:
         # Kernels write into a tableau: the cached one has to stay as it was.
@@ -238,7 +238,7 @@ def _state(
         padded[:] = cached
     friction = node_friction(case, first_node)[window]
     return KernelState(
-        matrix=matrix,
+        columns=columns,
         plane=plane,
         tableau=padded,
         response=np.zeros(entries),
@@ -272,11 +272,12 @@ def _set_up(
     else:
         within = compliance.window(nodes)
     # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
-    within.setflags(write=False)
+    columns = np.ascontiguousarray(within.T)
+    columns.setflags(write=False)
     if padded is None:
         padded = zero_lines(2 * len(nodes) + 1)
         tableau(window_entries(compliance, nodes, within), touching, padded, reciprocal=plane is not None)
-    return within, plane, padded
+    return columns, plane, padded
 
 
 _set_up_before = lru_cache(maxsize=KEPT)(_set_up)
@@ -304,7 +305,7 @@ def correct_rounding(compiled: CompiledContact, status: Stop) -> Stop:
         if not (lifted or inaccurate):
             return status
         if inaccurate:
-            entries = window_entries(compiled.compliance, compiled.window, state.matrix)
+            entries = window_entries(compiled.compliance, compiled.window, np.ascontiguousarray(state.columns.T))
             tableau(entries, state.contact, state.tableau, reciprocal=state.plane is not None)
             # A fresh tableau has followed all pivots.
             state.scalars["pivots"], state.pivots.followed[:] = 0, 0

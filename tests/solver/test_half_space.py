@@ -59,6 +59,25 @@ def test_the_equilibrium_residual_is_that_of_the_matrix_though_none_is_kept(sche
         np.testing.assert_allclose(state.work[0, :-1], missing, rtol=0, atol=1e-12 * np.abs(missing).max())
 
 
+@pytest.mark.parametrize("scheme", ["biquadratic", "strip", "half_space"])
+def test_the_residual_adds_forces_in_the_order_of_nodes_on_every_processor(scheme):
+    """A response is refined by it: sums in the order that fits a processor's vectors would be other bits on the next one."""
+    case = Case(slab=Slab(17, scheme=scheme), radius=R, normal_load=1e-3, **OFF if scheme == "half_space" else {})
+    compliance = surface_compliance(case.slab)
+    compiled = compile_state(case, compliance, touched(case), whole=True)
+    state, nodes = compiled.state, len(compiled.window)
+    state.response[:] = np.random.default_rng(1).standard_normal(2 * nodes + 1)
+    matrix, seen = compliance.window(compiled.window), np.zeros(2 * nodes)
+    for node in np.flatnonzero(state.contact):
+        # Products and sums of arrays are rounded one by one.
+        seen += state.response[node] * matrix[:, node] + state.response[nodes + node] * matrix[:, nodes + node]
+    seen[nodes:] += state.response[-1]
+    both = np.concatenate((state.contact, state.contact))
+    missing = np.where(both, state.inputs[:-1] - seen, seen - state.response[:-1])
+    equilibrium_residual(state)
+    np.testing.assert_array_equal(state.work[0, :-1], missing)
+
+
 @pytest.mark.parametrize("coupling", [True, False])
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
 def test_a_ball_without_friction_is_hertz_contact(poisson, coupling):

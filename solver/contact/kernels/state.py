@@ -119,8 +119,9 @@ class Plane(NamedTuple):
 class KernelState(NamedTuple):
     """State of a contact; arrays are changed in place. n nodes in the window, N = 2n + 1 entries."""
 
-    matrix: Floats
-    """(2n, 2n) surface compliance; (0, 0) on a plane, where it would be as large as the tableau."""
+    columns: Floats
+    """(2n, 2n) surface compliance, row j: displacements per force j; (0, 0) on a plane, where it would be as large as the
+    tableau."""
     plane: Plane | None
     """None of nodes in a row."""
     tableau: Floats
@@ -522,66 +523,51 @@ def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
     return total
 
 
-@compiled(fastmath={"reassoc"})
-def _displacement_of_entry(compliances: Floats, forces: Floats) -> tuple[float, float]:
-    """Displacement of an entry by forces, and the sum of magnitudes; summed in any order, as ordered sums take
-    several times as long as a pivot."""
-    total, moved = 0.0, 0.0
-    for k in range(len(forces)):
-        by = compliances[k] * forces[k]
-        total += by
-        moved += abs(by)
-    return total, moved
+# Displacements by all forces: a force at a time, in the order of nodes. So each sum has one order, and the same bits however many
+# entries a processor adds at once; a sum over the forces on one entry would be fast only in an order that the processor chooses.
 
 
 @compiled()
-def _displaced(matrix: Floats, plane: Plane | None, forces: Floats, seen: Floats) -> float:
-    """Set the displacements by forces, (2n,); returns the largest sum of magnitudes."""
-    if plane is not None:
-        return _displace_on_plane(plane, forces, seen)
-    largest = 0.0
-    for row in range(len(seen)):
-        seen[row], moved = _displacement_of_entry(matrix[row], forces)
-        largest = max(largest, moved)
-    return largest
-
-
-@compiled()
-def _displace_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
-    """`_displaced` on a plane: the forces of a run meet a run of the table."""
-    n, middle, largest = len(plane.rows), plane.by_offset.shape[-1] // 2, 0.0
+def _displace(plane: Plane | None, state: KernelState, seen: Floats, moved: Floats) -> float:
+    """Set displacements by the forces on nodes in contact, (2n,), and the magnitudes in their sums; returns the largest one."""
+    n, largest = len(state.x), 0.0
+    clear(seen)
+    clear(moved)
     for i in range(n):
-        u, w, moved = 0.0, 0.0, 0.0
-        for run in range(len(plane.runs) - 1):
-            first, end = plane.runs[run], plane.runs[run + 1]
-            along, across = plane.columns[i] - plane.columns[first] + middle, plane.rows[first] - plane.rows[i] + middle
-            beyond = across + end - first
-            more_u, more_w, more = _displacement_by_run(
-                plane.by_offset[0, 0, along, across:beyond],
-                plane.by_offset[0, 1, along, across:beyond],
-                plane.by_offset[1, 0, along, across:beyond],
-                plane.by_offset[1, 1, along, across:beyond],
-                forces[first:end],
-                forces[n + first : n + end],
-            )
-            u, w, moved = u + more_u, w + more_w, moved + more
-        seen[i], seen[n + i] = u, w
-        largest = max(largest, moved)
+        if state.contact[i]:
+            along, down = state.response[i], state.response[n + i]
+            if plane is not None:
+                _displace_plane(plane, i, along, down, seen, moved)
+            else:
+                _add_displacements(state.columns[i], state.columns[n + i], along, down, seen, moved)
+    for each in moved:
+        largest = max(largest, each)
     return largest
 
 
-@compiled(fastmath={"reassoc"})
-def _displacement_by_run(
-    ux: Floats, uz: Floats, wx: Floats, wz: Floats, f_x: Floats, f_z: Floats
-) -> tuple[float, float, float]:
-    """u and w of a node by the forces on other nodes, and the sum of magnitudes of w."""
-    u, w, moved = 0.0, 0.0, 0.0
-    for k in range(len(f_x)):
-        u += ux[k] * f_x[k] + uz[k] * f_z[k]
-        sideways, down = wx[k] * f_x[k], wz[k] * f_z[k]
-        w += sideways + down
-        moved += abs(sideways) + abs(down)
-    return u, w, moved
+@compiled()
+def _displace_plane(plane: Plane, i: int, along: float, down: float, seen: Floats, moved: Floats) -> None:
+    """Add displacements by the force on node i: of a run of nodes they stand side by side in the table, which is even along y."""
+    n, middle, table = len(plane.rows), plane.by_offset.shape[-1] // 2, plane.by_offset
+    for run in range(len(plane.runs) - 1):
+        first, end = plane.runs[run], plane.runs[run + 1]
+        x, y = plane.columns[first] - plane.columns[i] + middle, plane.rows[first] - plane.rows[i] + middle
+        until = y + end - first
+        for component in range(2):
+            start, stop = component * n + first, component * n + end
+            by_shear, by_pressure = table[component, 0, x, y:until], table[component, 1, x, y:until]
+            _add_displacements(by_shear, by_pressure, along, down, seen[start:stop], moved[start:stop])
+
+
+@compiled()
+def _add_displacements(
+    by_shear: Floats, by_pressure: Floats, along: float, down: float, seen: Floats, moved: Floats
+) -> None:
+    """Add displacements by the force on one node, per unit of shear and of normal force, and their magnitudes."""
+    for k in range(len(seen)):
+        sideways, below = along * by_shear[k], down * by_pressure[k]
+        seen[k] += sideways + below
+        moved[k] += abs(sideways) + abs(below)
 
 
 @compiled(entry=True)
@@ -591,14 +577,12 @@ def equilibrium_residual(state: KernelState) -> float:
     Displacements by the compliance, less inputs and responses; last, the load less all forces. Infinite where a number is
     missing or nothing bears the load.
     """
-    n, response, inputs, missing, forces = len(state.x), state.response, state.inputs, state.work[0], state.work[1]
+    n, response, inputs, missing = len(state.x), state.response, state.inputs, state.work[0]
     error, carried = 0.0, 0.0
-    clear(forces)
     for i in range(n):
         if state.contact[i]:
-            forces[i], forces[n + i] = response[i], response[n + i]
             carried += response[n + i]
-    largest = _displaced(state.matrix, state.plane, forces[: 2 * n], missing[: 2 * n])
+    largest = _displace(state.plane, state, missing[: 2 * n], state.work[1, : 2 * n])
     blur = 8.0 * BLUR * abs(response[2 * n])  # far out on a sharp pin heights are more than all the load displaces
     for row in range(2 * n):
         seen = missing[row]
