@@ -5,8 +5,8 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import nullcontext
+from collections.abc import Callable
+from contextlib import ExitStack
 from itertools import combinations
 from pathlib import Path
 
@@ -91,6 +91,17 @@ def clean_environment() -> dict[str, str]:
     return kept | OPEN_MPI | {"PYTHONPATH": str(ROOT), "PATH": str(Path(sys.executable).parent)}
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """With NANOSLIP_TEST_ROUNDING=1 compliances are rounded otherwise, as by another kernel of BLAS.
+
+    From here on, as tests share compliances that are made when their files are imported.
+    """
+    if os.environ.get("NANOSLIP_TEST_ROUNDING"):
+        rounding = ExitStack()
+        rounding.enter_context(rounding_otherwise())
+        config.add_cleanup(rounding.close)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark as slow what a grid marked `everyday` has beside the few items that stand for it every day."""
@@ -121,13 +132,6 @@ def covering(values: list[dict[str, object]]) -> set[int]:
         few.add(best)
         left -= pairs[best]
     return few
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _arithmetic() -> Iterator[None]:
-    """With NANOSLIP_TEST_ROUNDING=1 compliances are rounded otherwise, as by another kernel of BLAS."""
-    with rounding_otherwise() if os.environ.get("NANOSLIP_TEST_ROUNDING") else nullcontext():
-        yield
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 import pytest
 
-from nanoslip.solver.arrays import Dense
+from nanoslip.solver.arrays import Dense, Vector
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 from nanoslip.solver.elasticity.schemes.endless import Convolution, EndlessScheme, SurfaceConvolution
 from nanoslip.solver.elasticity.schemes.planar import PlaneConvolution
@@ -33,14 +33,15 @@ def blurred_compliance(compliance: SurfaceCompliance, seed: int = 0) -> SurfaceC
 
 
 def blurred_convolution(convolution: SurfaceConvolution, seed: int = 0) -> SurfaceConvolution:
-    """A compliance of nodes that are all alike, as `blurred`."""
-    random = np.random.default_rng(seed)
+    """A compliance of nodes that are all alike, as `blurred`; of nodes in a row, alike at one offset however many there are."""
     if isinstance(convolution, Convolution):
-        halves = {name: getattr(convolution, name) for name in ("along_x", "along_z", "across")}
-        factors = {name: 1.0 + UNIT * random.standard_normal(half.shape) for name, half in halves.items()}
-        return replace(convolution, **{name: half * factors[name] for name, half in halves.items()})
+        halves = dict[str, Vector]()
+        for number, name in enumerate(("along_x", "along_z", "across")):
+            half = getattr(convolution, name)
+            halves[name] = half * (1.0 + UNIT * np.random.default_rng((seed, number)).standard_normal(half.shape))
+        return replace(convolution, **halves)
     assert isinstance(convolution, PlaneConvolution)
-    noise = random.standard_normal(convolution.by_offset.shape[2:])
+    noise = np.random.default_rng(seed).standard_normal(convolution.by_offset.shape[2:])
     even = noise + noise[::-1] + noise[:, ::-1] + noise[::-1, ::-1]  # its terms have as many signs as the table
     return PlaneConvolution(convolution.by_offset * (1.0 + UNIT * even / 2.0))
 
