@@ -40,6 +40,8 @@ class Given(NamedTuple):
     place: Place
     key: str
     value: Any
+    allowed: bool = False
+    """True if no check is left, as both ends of its range are allowed."""
 
     def problem(self, need: str) -> Problem:
         """This value, marked as refused."""
@@ -363,7 +365,7 @@ class Checker:
             convert, values[name] = _converter(name, slabs), []
             for each in given:
                 try:
-                    values[name].append(convert(each.value))
+                    values[name].append(each.value if each.allowed else convert(each.value))
                 except InvalidInput as error:
                     self.problems.append(each.problem(error.need))
         return {name: tuple(found) for name, found in values.items()}
@@ -386,10 +388,15 @@ class Checker:
         return good
 
 
+def is_limited(name: str) -> bool:
+    """True if a scheme limits what a parameter may be."""
+    return name in (*LIMITED_BY_SCHEME, *BY_ROWS, *SCHEMES.settings())
+
+
 def _converter(name: str, slabs: list[dict[str, Value]]) -> Callable[[Any], Any]:
     """Function that converts a value of a parameter to its declared type. It raises InvalidInput if no slab takes the value."""
     alike = Alike({}, (name,)) if name in declared(Case) else None  # fast: a table has millions of values
-    limited = name in (*LIMITED_BY_SCHEME, *BY_ROWS, *SCHEMES.settings())
+    limited = is_limited(name)
 
     def convert(value: Any) -> Any:
         if value is None or isinstance(value, FileName):

@@ -31,6 +31,7 @@ from nanoslip.study.manifest.checker import (
     NamedFiles,
     SceneSizes,
     find_refusal,
+    is_limited,
     read_text,
 )
 from nanoslip.study.manifest.manifest import (
@@ -503,9 +504,11 @@ def sample_axes(checker: Checker, top: Mapping[str, Any], sizes: SceneSizes) -> 
     ranges = {word: value_at for word, value_at in every.items() if value_at}
     draws = sample_design(top["design"], len(ranges), count, seed) if ranges else ()
     place = checker.place("axes")
-    columns = {}
+    columns: GivenColumns = {}
     for (word, value_at), shares in zip(ranges.items(), zip(*draws, strict=True), strict=False):
-        columns[word] = [Given(place, word, value_at(float(share))) for share in shares]
+        # Between two allowed ends all is allowed, but what a scheme limits is tried with each case's own.
+        allowed = isinstance(stated[word], dict) and not is_limited(names_by_word()[word])
+        columns[word] = [Given(place, word, value_at(float(share)), allowed) for share in shares]
     return columns
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.parameters import Alike
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.plan.plan import make_plan
@@ -47,7 +48,20 @@ def test_a_range_ends_where_the_scheme_does() -> None:
     assert max(read("sobol", 8, axes=axes).axes["poisson"]) < 0.5
 
 
+def test_a_range_is_checked_at_its_ends_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A million points are read as fast as they are drawn."""
+    tried, case = list[object](), Alike.case
+    monkeypatch.setattr(Alike, "case", lambda alike, values: tried.append(values) or case(alike, values))
+    counts = []
+    for points in (16, 128):
+        tried.clear()
+        read("sobol", points, axes="axes.radius = {from = 20, to = 400}")
+        counts.append(len(tried))
+    assert counts[0] == counts[1]
+
+
 SOBOL = {
+    "axes.intrinsic_friction = {from = 0.1, to = 0.9}\naxes.radius = [10.0, -1.0]": "axes.radius = -1.0: needs",
     "axes.radius = 3": r"axes.radius = 3: needs a range, \{from = 20, to = 400, scale = \"log\"\}, or a list",
     "design_seed = -1\naxes.radius = [1.0]": "design_seed = -1: needs 0 to",
     "axes.radius = [10, 20]": 'design = "sobol": needs a range among its axes',
