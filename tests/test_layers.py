@@ -197,7 +197,7 @@ APART = {
         figures.points.points_named figures.shared.file_format measured.recording._words measured.units._pint_unit
         manifest.vocabulary.missing_physics manifest.vocabulary.key_meant
         manifest.vocabulary.otherwise results.files.Shard.parse run.batch run.batch.parse_time_limit""",
-    "files of users": """measured.columns measured.columns._cells measured.columns._labels measured.columns._title
+    "files of users": """measured.columns measured.columns._cells measured.columns._split_labels measured.columns._title
         measured.columns.read_cells measured.columns.read_columns manifest.surface""",
     "files of this program, their names and hashes": """dataset.file dataset.table.author_coordinates
         dataset.texts dataset.texts.decode_texts dataset.texts.encode_texts manifest.checker.NamedFiles._read
