@@ -26,7 +26,7 @@ from nanoslip.study.figures.points import symbol
 from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest, drive_sizes
 from nanoslip.study.manifest.parameters import YOUNG, as_written, compact
-from nanoslip.study.report import summary
+from nanoslip.study.report import budget, summary
 from nanoslip.study.report.console import Table, note
 from nanoslip.study.run.progress import roughly
 from nanoslip.study.toml_text import from_toml
@@ -65,7 +65,7 @@ def friction_answer(
 
     given: parameters that its author gave. out: see `deciding`.
     """
-    answer, names = summary.answer_numbers(case), list(summary.answered(case))
+    answer, names = summary.answer_numbers(case), list(summary.answer_values(case))
     found = influences_on_case(case, manifest, of, out, SECONDS)
     if found is None:
         return [summary.answer(case)]
@@ -189,8 +189,8 @@ def ranking(
     if found is None:
         return None
     name, value = found.variable, float(case[found.variable])
-    errors = [*summary.error_parts(case, name, cost), *_beside(case, found, value)]
-    rows = [(each.source, _share_text(each.share), each.cure) for each in sorted(errors, key=summary.by_share)]
+    errors = [*budget.error_parts(case, name, cost), *_beside(case, found, value)]
+    rows = [(each.source, _share_text(each.share), each.cure) for each in sorted(errors, key=budget.by_share)]
     if not found.computed:
         rows.append((_SPACING, NOT_MEASURED, "; ".join(map(missing_words, found.spacings))))
     assert of.case is not None
@@ -213,7 +213,7 @@ def _percent(share: float, error: float) -> str:
     return f"{100.0 * share:.1f} ± {known} %"
 
 
-def _beside(case: xr.Dataset, found: Deciding, value: float) -> Iterator[summary.Error]:
+def _beside(case: xr.Dataset, found: Deciding, value: float) -> Iterator[budget.Error]:
     """Node spacing and drop of a slip as parts of a number's error, where they are known."""
     if found.computed:
         shares = {each: abs(each.value / value - 1.0) for each in found.computed}
@@ -225,11 +225,11 @@ def _beside(case: xr.Dataset, found: Deciding, value: float) -> Iterator[summary
         ]
         unknown = [missing_words(each) for each in found.spacings if not each.has_value]
         cure = "set n_x to the spacing of what slips on your surface"
-        yield summary.Error(_SPACING, max(shares.values()), "; ".join([*known, *unknown, cure]))
+        yield budget.Error(_SPACING, max(shares.values()), "; ".join([*known, *unknown, cure]))
     if math.isfinite(found.without_drop):
         own = value - (float(case.get("static_friction_excess", 0.0)) if found.variable == "static_friction" else 0.0)
         cure = "residual_shear from 0 to 1: nanoslip fit finds it from measured friction"
-        yield summary.Error("slips that drop no stress", abs(found.without_drop / own - 1.0), cure)
+        yield budget.Error("slips that drop no stress", abs(found.without_drop / own - 1.0), cure)
     if found.strength > 0.0:
         cure = "measure friction under several loads: F/W that falls with the load is the strength's"
-        yield summary.Error("the strength without pressure", found.strength, cure)
+        yield budget.Error("the strength without pressure", found.strength, cure)

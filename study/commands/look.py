@@ -48,9 +48,9 @@ from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch
 from nanoslip.study.plan.plan import make_partial_plan, make_plan
 from nanoslip.study.plan.task import idle
 from nanoslip.study.report import summary
+from nanoslip.study.report.budget import error_lines
 from nanoslip.study.report.console import FAILED, Table, note, print_sentences, print_table
 from nanoslip.study.report.curves import curves, inertial_range, print_lines
-from nanoslip.study.report.summary import error_lines
 from nanoslip.study.results.files import results_folder, shard_folders
 from nanoslip.study.run.journal import read_task_times
 from nanoslip.study.run.progress import roughly

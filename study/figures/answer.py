@@ -62,13 +62,15 @@ def _value(points: Points) -> str:
     value = points.values[first]
     if points.text:
         return hyphenate(value)
-    return with_error(float(value), float(points.errors[first])) if points.stated else f"{value:.5g}"
+    if not points.stated:
+        return f"{value:.5g}"
+    return with_error(float(value), float(points.errors[first]))
 
 
 def _care(points: Points) -> str:
     """List the doubtful values, which are hollow points in a figure."""
-    flagged, known = int((points.flagged & points.there).sum()), int(points.there.sum())
-    which = "" if flagged == known else f"{flagged} of them "
+    flagged = int((points.flagged & points.there).sum())
+    which = "" if flagged == points.there.sum() else f"{flagged} of them "
     return f"; {which}to be taken with care" if flagged else ""
 
 
@@ -107,17 +109,24 @@ AT_REST: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approa
 def answers(dataset: xr.Dataset) -> Iterator[View | str]:
     """A figure for each number that differs between cases, and sentences for the other numbers; no figure for a
     single case."""
-    asked = list(_observed(dataset))
-    yield from (make_view(points) for points in asked if differs(points))
-    yield from words_of_alike([points for points in asked if not differs(points)])
+    numbers = list(_answer_points(dataset))
+    yield from (make_view(points) for points in numbers if differs(points))
+    yield from words_of_alike([points for points in numbers if not differs(points)])
 
 
-def _observed(dataset: xr.Dataset) -> Iterator[Points]:
-    sort = OBSERVED if "plateau_mean" in dataset else LOOPED if "loss_per_cycle" in dataset else AT_REST
-    for name, over in sort:
-        if name in dataset and (not over or over in dataset.variables):
-            alike = not over or np.unique(dataset[over]).size == 1
-            yield read_points(dataset, name, "" if alike else over)
+def _answer_points(dataset: xr.Dataset) -> Iterator[Points]:
+    """The numbers that a campaign is computed for, over a divisor that varies."""
+    for name, divisor in _answer_names(dataset):
+        if name in dataset and (not divisor or divisor in dataset.variables):
+            alike = not divisor or np.unique(dataset[divisor]).size == 1
+            yield read_points(dataset, name, "" if alike else divisor)
+
+
+def _answer_names(dataset: xr.Dataset) -> Sequence[tuple[str, str]]:
+    """Variables with their divisors: of records and drives, of loops, or of a contact at rest."""
+    if "plateau_mean" in dataset:
+        return OBSERVED
+    return LOOPED if "loss_per_cycle" in dataset else AT_REST
 
 
 def make_view(points: Points, x: str = "", hue: str = "") -> View:
@@ -126,14 +135,16 @@ def make_view(points: Points, x: str = "", hue: str = "") -> View:
         raise UnknownNameError(f"{points.name}: all cases are alike: there is nothing to draw it against")
     drawn, kept = merge_zipped(points, (x, hue))
     if is_scattered(drawn) and not x:
-        against, draw = f"against {' and '.join(map(symbol, axis_sizes(drawn)))}", partial(draw_scattered, drawn)
-        signs = f"{_without(points)}{_members(points)}{_marks(points)}"
+        draw = partial(draw_scattered, drawn)
+        against = f"against {' and '.join(map(symbol, axis_sizes(drawn)))}"
+        signs = f"{_missing(points)}{_members(points)}{_marks(points)}"
     else:
         roles = assign_roles(drawn, x, hue)
-        against, draw = _figure_title(roles), partial(draw_over_axes, drawn, roles)
-        signs = _seen(select_points(drawn, roles.held), roles)
-    with_it = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
-    caption = f"{capitalize_text(points.label)}, {against}.{with_it}{signs}"
+        draw = partial(draw_over_axes, drawn, roles)
+        against = _figure_title(roles)
+        signs = _signs(select_points(drawn, roles.held), roles)
+    together = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
+    caption = f"{capitalize_text(points.label)}, {against}.{together}{signs}"
     return View(points.name.replace("/", "_over_"), caption, draw, points.columns)
 
 
@@ -148,22 +159,29 @@ def _figure_title(roles: Roles) -> str:
     return f"against {symbol(roles.x)}{hue}{panels}{held}"
 
 
-def _seen(points: Points, roles: Roles) -> str:
+def _signs(points: Points, roles: Roles) -> str:
     """Meaning of the signs drawn for these points."""
-    if roles.mapped and is_crowded(points, roles):
-        care = int((points.flagged & points.there).sum())
-        where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
-        hatched = f" {where} are to be taken with care." if care else ""
-        return _without(points, "White") + _members(points) + hatched
-    paler = ", the paler the fewer" if roles.mapped else ""
-    mixed = f" Of members that differ: what most do{paler}." if points.differing else ""
-    flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
-    border = roles.mapped and any(critical_border(points, points, roles))
+    if not roles.mapped:
+        mixed = " Of members that differ: what most do." if points.differing else ""
+        return mixed + _missing(points) + _members(points) + _marks(points)
+    if is_crowded(points, roles):
+        return _missing(points, "White") + _members(points) + _hatching(points)
+    paler = " Of members that differ: what most do, the paler the fewer." if points.differing else ""
+    border = any(critical_border(points, points, roles))
     above = " Black line: above it the pin no longer sticks." if border else ""
-    return mixed + above + _without(points) + _members(points) + (flagged if roles.mapped else _marks(points))
+    flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
+    return paler + above + _missing(points) + _members(points) + flagged
 
 
-def _without(points: Points, sign: str = "Red crosses") -> str:
+def _hatching(points: Points) -> str:
+    """Report the number of hatched tiles; all are doubtful without hatching."""
+    care = int((points.flagged & points.there).sum())
+    where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
+    return f" {where} are to be taken with care." if care else ""
+
+
+def _missing(points: Points, sign: str = "Red crosses") -> str:
+    """Meaning of the sign for cases without a value, and their number."""
     missing = int((~points.there).sum())
     return f" {sign}: {missing} without a value." if missing else ""
 
@@ -173,7 +191,8 @@ def _marks(points: Points) -> str:
     bars = " Bars: its uncertainty, where larger than the point." if np.isfinite(points.errors).any() else ""
     if far_below(points, points).any():
         bars += f" Arrows: down to less than {SHORTEST:.0%} of the number."
-    if unsure := int(points.unsure.sum()):
+    unsure = int(points.unsure.sum())
+    if unsure:
         bars += f" Question marks: ± not known of {unsure} of {len(points.values)} points."
     hollow = " Hollow: to be taken with care." if points.flagged[points.there].any() else ""
     return bars + hollow
@@ -184,8 +203,8 @@ def _members(points: Points) -> str:
     lacking = points.lacking & points.there
     if not lacking.any():
         return ""
-    some, least = f"{int(lacking.sum())} of {len(points.values)} points", int(points.members[lacking].min())
-    return f" Of {some} some members have no value; the least have {least}."
+    count, least = int(lacking.sum()), int(points.members[lacking].min())
+    return f" Of {count} of {len(points.values)} points some members have no value; the least have {least}."
 
 
 def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any) -> Axes:
@@ -203,11 +222,15 @@ def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any
     if not isinstance(dataset, xr.Dataset):
         raise TypeError(f"dataset = {dataset!r}: needs a dataset, as nanoslip.open returns it")
 
-    first: Axes = resize_figure(view_named(dataset, y, x, hue, where).draw(make=pyplot.figure)).axes[0]
+    view = view_named(dataset, y, x, hue, where)
+    drawn = resize_figure(view.draw(make=pyplot.figure))
+    first: Axes = drawn.axes[0]
     return first
 
 
 def view_named(dataset: xr.Dataset, y: str, x: str, hue: str, where: Mapping[str, Any]) -> View:
     """The view of a number over axes, by the words that people have for them. Raises UnknownNameError, ValueError."""
     points = convert_axes_to_si(points_named(dataset, y, where), dataset, (x, hue))
-    return make_view(points, *(axis_named(points, dataset, word) if word else "" for word in (x, hue)))
+    x_axis = axis_named(points, dataset, x) if x else ""
+    hue_axis = axis_named(points, dataset, hue) if hue else ""
+    return make_view(points, x_axis, hue_axis)

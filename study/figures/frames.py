@@ -110,23 +110,25 @@ class Moments:
 
 def usual_events(case: Case) -> tuple[int, ...]:
     """Events that are drawn if none are given; of a path its first turns."""
-    return tuple(range(min(path_extent(case.path, 1.0)[0] + 1, MOST_IN_STRIP)) if case.path else range(0, 201, 40))
+    if not case.path:
+        return tuple(range(0, 201, 40))
+    turns = path_extent(case.path, 1.0)[0]
+    return tuple(range(min(turns + 1, MOST_IN_STRIP)))
 
 
 def parse_events(text: str) -> tuple[int, ...]:
     """Numbers of events from `first:last:step`, both ends included, or from a list as `0,5,12`. Raises InvalidInput."""
-    found: Sequence[int] = ()
+    events: Sequence[int] = ()
     with suppress(ValueError, TypeError):
         if ":" in text:
             first, last, *step = map(int, text.split(":"))
-            found = range(first, last + 1, *step)
+            events = range(first, last + 1, *step)
         else:
-            found = sorted(set(map(int, text.split(","))))
-    if not found or found[0] < 0 or found[-1] < found[0] or len(found) > MOST_FRAMES:
-        raise InvalidInput(
-            f"events = {text}: needs first:last:step, as 0:200:10, or a list, as 0,5,12; from 0 on, at most {MOST_FRAMES} of them"
-        )
-    return tuple(found)
+            events = sorted(set(map(int, text.split(","))))
+    if not events or events[0] < 0 or events[-1] < events[0] or len(events) > MOST_FRAMES:
+        allowed = f"first:last:step, as 0:200:10, or a list, as 0,5,12; from 0 on, at most {MOST_FRAMES} of them"
+        raise InvalidInput(f"events = {text}: needs {allowed}")
+    return tuple(events)
 
 
 def event_moments(case: Case, events: Sequence[int], scales: Scales | None = None) -> Moments:
@@ -135,7 +137,8 @@ def event_moments(case: Case, events: Sequence[int], scales: Scales | None = Non
     events: increasing numbers; 0 is initial contact. Of an interface it is the first contact, by itself. scales: for axes in SI.
     Raises InvalidInput for a case without friction, and where there is no contact to begin with.
     """
-    case, compliance = replace(case, interface=Interface()), surface_compliance(case.slab)
+    case = replace(case, interface=Interface())
+    compliance = surface_compliance(case.slab)
     path = None
     if case.path:
         states, path = _contacts_at_turns(case, compliance, events)
@@ -146,55 +149,75 @@ def event_moments(case: Case, events: Sequence[int], scales: Scales | None = Non
         raise InvalidInput(f"no event {events[0]}: the record ends before")
     if not states:
         raise InvalidInput(f"no contact after event {events[0]}: {describe_outcome(outcome)}")
-    record = path or slide(replace(case, max_events=max(events[len(states) - 1], 1)), compliance)
-    before = [None, *states[:-1]]
-    shown = tuple(_moment(*each, case) for each in zip(events, before, states, strict=False))
-    units = _in_si(shown, case.normal_load, scales) if scales else Units()
-    return Moments(tuple(_scale_moment(each, units) for each in shown), record, outcome, units)
+    last = events[len(states) - 1]
+    record = path or slide(replace(case, max_events=max(last, 1)), compliance)
+    triples = zip(events, [None, *states], states, strict=False)
+    moments = [_moment(event, before, state, case) for event, before, state in triples]
+    units = _si_units(moments, case.normal_load, scales) if scales else Units()
+    return Moments(tuple(_scale_moment(moment, units) for moment in moments), record, outcome, units)
 
 
 def _scale_moment(moment: Moment, units: Units) -> Moment:
     """A moment in other units than the solver's."""
-    scaled = {name: unit.factor * getattr(moment, name) for name, unit in units._asdict().items() if name != "traction"}
-    return replace(moment, **scaled, limit=units.traction.factor * moment.limit)
+    factors = {name: unit.factor for name, unit in units._asdict().items()}
+    limit = factors.pop("traction") * moment.limit
+    sizes = {name: factor * getattr(moment, name) for name, factor in factors.items()}
+    return replace(moment, **sizes, limit=limit)
 
 
-def _in_si(shown: Sequence[Moment], normal_load: float, scales: Scales) -> Units:
+def _si_units(moments: Sequence[Moment], normal_load: float, scales: Scales) -> Units:
     """Units of axes in SI, with prefixes that suit the largest numbers."""
     width, load = scales.slab_width, normal_load * scales.force
     traction = load / (width * scales.slab_depth)
-
-    def units(scale: float, symbol: str, values: Iterable[Any], *names: str) -> list[Unit]:
-        """The unit of these axes, chosen for the largest of `values`."""
-        factor, prefixed = axis_unit(scale * max(float(np.nanmax(np.abs(each))) for each in values), symbol)
-        return [Unit(scale * factor, f"{name} ({prefixed})") for name in names]
-
+    place = _si_unit(width, "m", [moment.x[moment.pressure > 0.0] for moment in moments])
+    way = _si_unit(width, "m", [moment.displacement for moment in moments])
+    force = _si_unit(load, "N", [moment.friction for moment in moments])
+    stress = _si_unit(traction, "Pa", [moment.pressure for moment in moments])
+    slip = _si_unit(width, "m", [moment.slip for moment in moments])
     return Units(
-        *units(width, "m", [each.x[each.pressure > 0.0] for each in shown], "x", "y"),
-        *units(width, "m", [each.displacement for each in shown], "pin displacement δ_p"),
-        *units(load, "N", [each.friction for each in shown], "friction force F"),
-        *units(traction, "Pa", [each.pressure for each in shown], "pressure p", "shear q", "traction"),
-        *units(width, "m", [each.slip for each in shown], "slip s"),
+        x=_label_unit("x", place),
+        y=_label_unit("y", place),
+        displacement=_label_unit("pin displacement δ_p", way),
+        friction=_label_unit("friction force F", force),
+        pressure=_label_unit("pressure p", stress),
+        shear=_label_unit("shear q", stress),
+        traction=_label_unit("traction", stress),
+        slip=_label_unit("slip s", slip),
     )
+
+
+def _si_unit(scale: float, symbol: str, values: Iterable[Any]) -> Unit:
+    """The unit in SI, with its prefix, of numbers in units of `scale`."""
+    largest = max(float(np.nanmax(np.abs(numbers))) for numbers in values)
+    factor, prefixed = axis_unit(scale * largest, symbol)
+    return Unit(scale * factor, prefixed)
+
+
+def _label_unit(name: str, unit: Unit) -> Unit:
+    """The unit of an axis, labelled with what runs along it."""
+    return Unit(unit.factor, f"{name} ({unit.label})")
 
 
 def _contacts_at_turns(
     case: Case, compliance: Compliance, turns: Sequence[int]
 ) -> tuple[list[ContactState], LoadingPath]:
     """The contact at each of these turns that the path of a case reaches, and the path."""
-    states, wanted, number = list[ContactState](), set(turns), itertools.count()
-    return states, follow(case, compliance, lambda state: states.append(state) if next(number) in wanted else None)
+    states: list[ContactState] = []
+    wanted, numbers = set(turns), itertools.count()
+
+    def keep_wanted(state: ContactState) -> None:
+        if next(numbers) in wanted:
+            states.append(state)
+
+    path = follow(case, compliance, keep_wanted)
+    return states, path
 
 
 def _moment(event: int, before: ContactState | None, now: ContactState, case: Case) -> Moment:
-    slipped = np.zeros_like(now.contact)
-    if before:
-        ahead = now.first_node - before.first_node
-        slip, contact = np.roll(before.slip, -ahead), np.roll(before.contact, -ahead)
-        moved = np.abs(now.slip - slip) > ROUNDING_OF_SLIPS * max(np.abs(now.slip).max(), now.displacement)
-        slipped = now.contact & contact & moved
-    limit = np.where(now.contact, node_limit(case, 1.0, now.pressure, now.first_node), 0.0)
     share = 1.0 / case.normal_load
+    limit = np.where(now.contact, node_limit(case, 1.0, now.pressure, now.first_node), 0.0)
+    finite_limit = np.where(np.isinf(case.intrinsic_friction), np.nan, limit)
+    slipped = _moving_nodes(before, now) if before else np.zeros_like(now.contact)
     return Moment(
         event=event,
         x=now.x,
@@ -203,10 +226,19 @@ def _moment(event: int, before: ContactState | None, now: ContactState, case: Ca
         friction=share * now.friction_force,
         pressure=share * now.pressure,
         shear=share * now.shear,
-        limit=share * np.where(np.isinf(case.intrinsic_friction), np.nan, limit),
+        limit=share * finite_limit,
         slip=np.where(now.contact, now.slip, np.nan),
         slipped=slipped,
     )
+
+
+def _moving_nodes(before: ContactState, now: ContactState) -> NDArray[np.bool_]:
+    """Mask of nodes in contact at two moments whose slip is not the same at both."""
+    ahead = now.first_node - before.first_node
+    slip, contact = np.roll(before.slip, -ahead), np.roll(before.contact, -ahead)
+    largest = max(np.abs(now.slip).max(), now.displacement)
+    moved = np.abs(now.slip - slip) > ROUNDING_OF_SLIPS * largest
+    return np.asarray(now.contact & contact & moved)
 
 
 # One moment on axes, and several of them as a strip: pressure within its friction limits, shear, slip, and F/W.
@@ -218,25 +250,42 @@ PRESSURE, SHEAR, MARK = COLORS[:3]
 
 def strip(shown: Moments) -> Figure:
     """Moments side by side, maps of planes; below them the record, where each of them is a numbered point."""
-    count, drawn = len(shown.moments), list[tuple[Any, str]]()
-    ratios, height, beside = ((1.0, 1.0, 1.0, 0.9), 6.0, 0.9) if shown.planar else ((1.0, 0.6, 0.8), 4.2, 0.6)
+    count = len(shown.moments)
+    ratios: tuple[float, ...] = (1.0, 0.6, 0.8)
+    height, beside = 4.2, 0.6
+    if shown.planar:
+        ratios = (1.0, 1.0, 1.0, 0.9)
+        height, beside = 6.0, 0.9
     with column(height, max(3.35, beside + 1.35 * count)) as figure:
         grid = figure.add_gridspec(len(ratios), count, height_ratios=ratios)
         for number, moment in enumerate(shown.moments):
             panels = [figure.add_subplot(grid[row, number]) for row in range(len(ratios) - 1)]
-            if shown.planar:
-                drawn = _draw_maps(panels, shown, moment)
-                panels[0].set_title(f"{shown.counted} {moment.event}")
-            else:
-                _draw_contact(panels[0], panels[1], shown, moment)
-            for axes in panels if number else ():
-                axes.set(ylabel="", yticklabels=[])
-                axes.yaxis.get_offset_text().set_visible(False)
-        for axes, (colors, label) in zip(panels, drawn, strict=False):
+            maps = _draw_panels(panels, shown, moment)
+            if number > 0:
+                _hide_labels(panels)
+        for axes, (colors, label) in zip(panels, maps, strict=False):
             figure.colorbar(colors, ax=axes, label=label)
         legend(figure)
         _draw_record(figure.add_subplot(grid[-1, :]), shown, shown.moments)
     return figure
+
+
+def _draw_panels(panels: Sequence[Any], shown: Moments, moment: Moment) -> list[tuple[Any, str]]:
+    """Draw one moment of a strip, and return its maps with their labels, none of a row of nodes."""
+    if not shown.planar:
+        upper, lower = panels
+        _draw_contact(upper, lower, shown, moment)
+        return []
+    maps = _draw_maps(panels, shown, moment)
+    panels[0].set_title(f"{shown.counted} {moment.event}")
+    return maps
+
+
+def _hide_labels(panels: Iterable[Any]) -> None:
+    """Hide the upright labels of panels that have the same axis as their neighbour on the left."""
+    for axes in panels:
+        axes.set(ylabel="", yticklabels=[])
+        axes.yaxis.get_offset_text().set_visible(False)
 
 
 def draw_frame(figure: Figure, shown: Moments, moment: Moment) -> None:
@@ -257,21 +306,23 @@ def _draw_maps(maps: Sequence[Any], shown: Moments, moment: Moment, titles: bool
 
     Returns the drawn artists, each with its label.
     """
-    drawn = []
+    meshes = []
     rows = int(np.count_nonzero(moment.x == moment.x[0]))
     units = shown.units
     for axes, name in zip(maps, MAPS, strict=True):
-        label = getattr(units, name).label
+        label = typeset(getattr(units, name).label)
         values = np.where(moment.pressure > 0.0, getattr(moment, name), np.nan)
-        x, y, colors = (each.reshape(-1, rows).T for each in (moment.x, moment.y, values))
-        low, high = _range(getattr(each, name) for each in shown.moments)
-        drawn.append((axes.pcolormesh(x, y, colors, vmin=low, vmax=high, shading="nearest"), typeset(label)))
+        x, y, colors = (array.reshape(-1, rows).T for array in (moment.x, moment.y, values))
+        low, high = _range(getattr(other, name) for other in shown.moments)
+        mesh = axes.pcolormesh(x, y, colors, vmin=low, vmax=high, shading="nearest")
+        meshes.append((mesh, label))
         axes.plot(moment.x[moment.slipped], moment.y[moment.slipped], ".", color=MARK, markersize=1.5)
         axes.set(aspect="equal", xlim=_span(shown), ylim=_span(shown, across=True))
-        axes.set(xlabel=typeset(units.x.label) if titles or axes is maps[-1] else "", ylabel=typeset(units.y.label))
+        lowest = titles or axes is maps[-1]
+        axes.set(xlabel=typeset(units.x.label) if lowest else "", ylabel=typeset(units.y.label))
         if titles:
-            axes.set_title(typeset(label))
-    return drawn
+            axes.set_title(label)
+    return meshes
 
 
 MAPS: Final = ("pressure", "shear", "slip")
@@ -291,8 +342,11 @@ def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> Non
         axes.plot(x[slipped], values[slipped], "v", **mark)
         axes.set_xlim(_span(shown))
     upper.set(title=f"{shown.counted} {moment.event}", ylabel=typeset(units.traction.label), xticklabels=[])
-    upper.set_ylim(_range(part for at in shown.moments for part in (at.pressure, at.shear, at.limit, -at.limit)))
-    lower.set_ylim(_range(at.slip for at in shown.moments))
+    tractions: list[NDArray[np.float64]] = []
+    for other in shown.moments:
+        tractions += [other.pressure, other.shear, other.limit, -other.limit]
+    upper.set_ylim(_range(tractions))
+    lower.set_ylim(_range(other.slip for other in shown.moments))
     lower.set(xlabel=typeset(units.x.label), ylabel=typeset(units.slip.label))
     lower.ticklabel_format(axis="y", scilimits=(-2, 4))
 
@@ -301,27 +355,38 @@ def _draw_record(axes: Any, shown: Moments, marked: tuple[Moment, ...]) -> None:
     moved, friction = shown.units.displacement, shown.units.friction
     shown.record.plot(axes)
     line = axes.lines[0]
-    line.set(xdata=moved.factor * line.get_xdata(), ydata=friction.factor * line.get_ydata(), color=COLORS[-1])
+    x, y = moved.factor * line.get_xdata(), friction.factor * line.get_ydata()
+    line.set(xdata=x, ydata=y, color=COLORS[-1])
     axes.relim()
     axes.autoscale_view()
     axes.set(xlabel=typeset(moved.label), ylabel=typeset(friction.label))
     axes.ticklabel_format(axis="x", scilimits=(-2, 4))
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # a point moves no axis
-    places = {each.event: (each.displacement, each.friction) for each in marked}
-    axes.plot(*zip(*places.values(), strict=True), "o", color=SHEAR, markersize=3.5)
-    there: dict[str, list[int]] = {}  # a path turns at the same places
-    for event, (x, _) in places.items() if len(places) > 1 else ():
-        there.setdefault(f"{x:.6g}", []).append(event)
-    for events in there.values():
-        text = ", ".join(map(str, events))
-        axes.annotate(text, places[events[0]], (3, -8), textcoords="offset points", fontsize=6.0)
+    displacements = [moment.displacement for moment in marked]
+    forces = [moment.friction for moment in marked]
+    axes.plot(displacements, forces, "o", color=SHEAR, markersize=3.5)
+    if len(marked) > 1:
+        _number_moments(axes, marked)
+
+
+def _number_moments(axes: Any, marked: tuple[Moment, ...]) -> None:
+    """Write the numbers of moments below their points, once at each place: a path turns at the same ones."""
+    groups: dict[str, list[Moment]] = {}
+    for moment in marked:
+        groups.setdefault(f"{moment.displacement:.6g}", []).append(moment)
+    for moments in groups.values():
+        text = ", ".join(str(moment.event) for moment in moments)
+        place = moments[0].displacement, moments[0].friction
+        axes.annotate(text, place, (3, -8), textcoords="offset points", fontsize=6.0)
 
 
 def _span(shown: Moments, across: bool = False) -> tuple[float, float]:
     """The part of the surface, along or across the drag, that is ever in contact, and a little on either side."""
     places = [moment.y if across else moment.x for moment in shown.moments]
-    ever = np.concatenate([at[moment.pressure > 0.0] for at, moment in zip(places, shown.moments, strict=True)])
-    first, last, spacing = ever.min(), ever.max(), float(np.diff(np.unique(places[0])).min())
+    masks = [moment.pressure > 0.0 for moment in shown.moments]
+    touching = np.concatenate([place[mask] for place, mask in zip(places, masks, strict=True)])
+    first, last = touching.min(), touching.max()
+    spacing = float(np.diff(np.unique(places[0])).min())
     margin = 0.1 * (last - first) + 2.0 * spacing
     return float(first - margin), float(last + margin)
 
@@ -360,7 +425,8 @@ def frames(
     wanted = parse_events(events) if isinstance(events, str) else tuple(sorted(set(events)))
     suffix = _suffix(Path(path), len(wanted))
     shown = event_moments(case, wanted, scales)
-    write_files({Path(path): _film(shown, suffix) if suffix in FILMS else image(strip(shown), suffix)})
+    content = _film(shown, suffix) if suffix in FILMS else image(strip(shown), suffix)
+    write_files({Path(path): content})
     return shown
 
 

@@ -19,8 +19,8 @@ from nanoslip.study.shipped import campaign_files
 @cache
 def list_shipped_figures() -> dict[str, CampaignFigure]:
     """Name -> each figure of the campaigns that come with nanoslip: the paper's by their numbers, then the others."""
-    found = [each for name, path in campaign_files().items() for each in script_figures(path, name)]
-    return {each.name: each for each in sorted(found, key=_number)}
+    figures = [figure for name, path in campaign_files().items() for figure in script_figures(path, name)]
+    return {figure.name: figure for figure in sorted(figures, key=_number)}
 
 
 def script_figures(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
@@ -32,12 +32,12 @@ def script_figures(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]
     if not script.is_file():
         return ()
     try:
-        found = [each for each in execute_script(script).values() if isinstance(each, CampaignFigure)]
+        figures = [value for value in execute_script(script).values() if isinstance(value, CampaignFigure)]
     except Exception as error:
         raise StoreError(f"{script}: cannot be run: {type(error).__name__}: {error}") from error
-    if not found:
+    if not figures:
         raise StoreError(f"{script}: needs a variable that is a nanoslip.study.figures.shared.CampaignFigure")
-    return tuple(replace(each, campaign=name or campaign.stem) for each in found)
+    return tuple(replace(figure, campaign=name or campaign.stem) for figure in figures)
 
 
 def execute_script(script: Path) -> dict[str, Any]:

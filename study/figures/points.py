@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -28,7 +28,8 @@ LETTERS: Final = 3
 
 def variable_description(name: str) -> variables.Described:
     """Declaration of a variable; only its name without one."""
-    return variables.variables_by_name().get(name) or variables.Described(name, "", "", "1", "", name, "", "", "", ())
+    known = variables.variables_by_name().get(name)
+    return known or variables.Described(name, "", "", "1", "", name, "", "", "", ())
 
 
 def symbol(name: str) -> str:
@@ -38,12 +39,13 @@ def symbol(name: str) -> str:
 
 def label(name: str, over: str = "") -> str:
     """Axis label of a variable or its ratio to another: meaning, symbol, unit; for a ratio, the unit of the numerator."""
-    found = variable_description(name)
-    sign = f" {found.symbol}" if found.symbol not in found.meaning else ""
-    measure = "" if "/" in sign else found.measure
+    variable = variable_description(name)
+    sign = f" {variable.symbol}" if variable.symbol not in variable.meaning else ""
+    measure = "" if "/" in sign else variable.measure
     if over:
-        return measure_label(f"{symbol_with_unit(found.meaning + sign, name)} over {symbol_and_unit(over)}", measure)
-    return symbol_with_unit(measure_label(found.meaning, measure) + sign, name)
+        numerator = symbol_with_unit(variable.meaning + sign, name)
+        return measure_label(f"{numerator} over {symbol_and_unit(over)}", measure)
+    return symbol_with_unit(measure_label(variable.meaning, measure) + sign, name)
 
 
 def symbol_and_unit(name: str) -> str:
@@ -53,7 +55,8 @@ def symbol_and_unit(name: str) -> str:
 
 def symbol_with_unit(text: str, name: str) -> str:
     """Symbol of a variable with its unit, if any: `V_o (m/s)`."""
-    return f"{text} ({unit})" if (unit := unit_text(name)) else text
+    unit = unit_text(name)
+    return f"{text} ({unit})" if unit else text
 
 
 def unit_text(name: str) -> str:
@@ -87,7 +90,8 @@ def format_value(value: Any) -> str:
     plain = f"{value:.6g}".replace("e+0", "e").replace("e-0", "e-").replace("e+", "e")
     digits, _, exponent = f"{value:.5e}".partition("e")
     powers = f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"
-    return powers if len(powers) < len(plain) and abs(int(exponent)) > 3 else plain
+    shorter = len(powers) < len(plain) and abs(int(exponent)) > 3
+    return powers if shorter else plain
 
 
 def hyphenate(word: str) -> str:
@@ -106,7 +110,10 @@ def format_words(tally: Mapping[str, int], most: float = LONGEST_TALLY) -> str:
         return hyphenate(next(iter(tally)))
     parts = [f"{count} {hyphenate(word)}" for word, count in tally.items()]
     text = "; ".join(parts)
-    return text if len(text) <= most or len(parts) < 3 else f"{parts[0]}; {sum([*tally.values()][1:])} others"
+    if len(text) <= most or len(parts) < 3:
+        return text
+    _, *others = tally.values()
+    return f"{parts[0]}; {sum(others)} others"
 
 
 def label_in_symbols(values: Mapping[str, Any]) -> str:
@@ -179,19 +186,25 @@ class Points:
         """Mask of numbers with a missing uncertainty."""
         return self.there & np.isnan(self.errors) & self.stated
 
-    def at(self, chosen: NDArray[Any]) -> "Points":
+    def select(self, chosen: NDArray[Any]) -> "Points":
         """Some of the points: a mask, or their places in another order."""
         arrays: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _ARRAYS}
-        axes = {name: each[chosen] for name, each in self.axes.items()}
+        axes = {name: values[chosen] for name, values in self.axes.items()}
         return replace(self, axes=axes, **arrays)
 
     def columns(self) -> DrawnColumns:
         """The points as a table: coordinates, value, uncertainty, members, whether flagged."""
-        errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
-        members = {"members": self.members} if (self.members >= 0).any() else {}
-        shares = {"share of members": self.shares} if self.differing else {}
-        beside = {"closed form": self.closed_form} if np.isfinite(self.closed_form).any() else {}
-        return {**self.axes, self.name: self.values, **errors, **members, **shares, **beside, "flagged": self.flagged}
+        columns = {**self.axes, self.name: self.values}
+        if not self.text:
+            columns[f"{self.name} uncertainty"] = self.errors
+        if (self.members >= 0).any():
+            columns["members"] = self.members
+        if self.differing:
+            columns["share of members"] = self.shares
+        if np.isfinite(self.closed_form).any():
+            columns["closed form"] = self.closed_form
+        columns["flagged"] = self.flagged
+        return columns
 
 
 _ARRAYS: Final = (
@@ -214,55 +227,85 @@ def read_points(dataset: xr.Dataset, name: str, over: str = "", where: Selection
     Raises KeyError without such a variable, or where no case is like that.
     The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
-    rows = column_length_name(dataset, (name, over), where)
-    value, error, stated = _ratio(rows, name, over) if over else _number(rows, name)
-    none = np.full(len(rows), -1)
-    members, used = [_counts(rows.values(each)) for each in variables.member_count_text(dataset, name)] or (none, none)
-    flag = variables.VALIDITY.name
-    flags = rows.values(flag).astype(np.int64) if flag in dataset else np.zeros(len(rows), np.int64)
-    shared = f"{name}{SHARED_ERROR}" if not over and f"{name}{SHARED_ERROR}" in dataset else ""
-    tallies = rows.tallies(name) if value.dtype.kind == "O" else [{"": 1}] * len(rows)
+    rows = longest_rows(dataset, (name, over), where)
+    number = _ratio(rows, name, over) if over else _number(rows, name)
+    axes = differing_axes(rows)
+    shared = "" if over else f"{name}{SHARED_ERROR}"
+    members, lacking = _member_counts(dataset, rows, name)
+    critical = CRITICAL if name == "regime" else ""
     return Points(
-        f"{name}/{over}" if over else name,
-        label(name, over),
-        value,
-        error,
-        np.nan_to_num(rows.values(shared).astype(float)) if shared else np.zeros(len(rows)),
-        axes := differing_axes(rows),
-        flags,
-        members,
-        np.array([max(each.values()) / sum(each.values()) for each in tallies]),
-        (members > 0) & (members < used),
-        tuple(each for each in axes_in_step(dataset) if each in axes),
-        stated,
-        rows.values(CRITICAL).astype(float) if name == "regime" and CRITICAL in dataset else np.full(len(rows), np.nan),
-        (name, over) if over else (name,),
-        np.full(len(rows), np.nan),
+        name=f"{name}/{over}" if over else name,
+        label=label(name, over),
+        values=number.values,
+        errors=number.errors,
+        shared=np.nan_to_num(_floats(rows, shared, 0.0)),
+        axes=axes,
+        flags=_floats(rows, variables.VALIDITY.name, 0.0).astype(np.int64),
+        members=members,
+        shares=_word_shares(rows, name) if number.values.dtype.kind == "O" else np.ones(len(rows)),
+        lacking=lacking,
+        zipped=tuple(axis for axis in axes_in_step(dataset) if axis in axes),
+        stated=number.stated,
+        critical_velocity=_floats(rows, critical, np.nan),
+        sources=(name, over) if over else (name,),
+        closed_form=np.full(len(rows), np.nan),
     )
 
 
-def column_length_name(dataset: xr.Dataset, names: Iterable[str], where: Selection) -> CaseRows:
+def longest_rows(dataset: xr.Dataset, names: Iterable[str], where: Selection) -> CaseRows:
     """The selected rows of all variables with these names, of cases at least."""
-    known = filter(None, (*names, variables.OUTCOMES[""].ending.name))
-    return select_rows(dataset, max(known, key=lambda each: dataset[each].ndim), where)
+    candidates = filter(None, (*names, variables.OUTCOMES[""].ending.name))
+    longest = max(candidates, key=lambda name: dataset[name].ndim)
+    return select_rows(dataset, longest, where)
 
 
 CRITICAL: Final = "critical_velocity"
 """Variable with the velocity of the stage above which the pin no longer sticks."""
 
 
-def _counts(values: NDArray[Any]) -> NDArray[np.int64]:
-    return np.asarray(np.nan_to_num(values), np.int64)
+def _floats(rows: CaseRows, name: str, otherwise: float) -> Floats:
+    """Numbers of a variable, one for each row; `otherwise` where a dataset has no such variable."""
+    if name not in rows.root:
+        return np.full(len(rows), otherwise)
+    return rows.values(name).astype(float)
 
 
-def _number(rows: CaseRows, name: str) -> tuple[NDArray[Any], Floats, bool]:
+def _member_counts(dataset: xr.Dataset, rows: CaseRows, name: str) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Number of members in each mean, -1 of a value that is no mean, and a mask of means that lack some members."""
+    counts = variables.member_count_text(dataset, name)
+    if not counts:
+        return np.full(len(rows), -1), np.zeros(len(rows), np.bool_)
+    members, ensemble = (np.asarray(np.nan_to_num(rows.values(count)), np.int64) for count in counts)
+    return members, (members > 0) & (members < ensemble)
+
+
+def _word_shares(rows: CaseRows, name: str) -> Floats:
+    """Share of the members with the most frequent word of each row."""
+    counts = [list(tally.values()) for tally in rows.tallies(name)]
+    return np.array([max(count) / sum(count) for count in counts])
+
+
+class _Numbers(NamedTuple):
+    """A number of each row, or texts; NaN where there is none."""
+
+    values: NDArray[Any]
+    errors: Floats
+    stated: bool
+    """True if numbers of this sort have an uncertainty."""
+
+    @property
+    def relative_errors(self) -> Floats:
+        """Uncertainties over the numbers; 0 of numbers without, which count as exact."""
+        return np.asarray(self.errors / self.values if self.stated else 0.0 * self.values)
+
+
+def _number(rows: CaseRows, name: str) -> _Numbers:
     """A variable, its uncertainty (NaN if missing), and whether such numbers have an uncertainty; or texts."""
     values, uncertainty = rows.values(name), variable_description(name).uncertainty
-    unknown = np.full(len(rows), np.nan)
     if values.dtype.kind in "OUTS":
-        return values.astype(object), unknown, False
-    stated = uncertainty in rows.root
-    return _finite(values.astype(float)), rows.values(uncertainty).astype(float) if stated else unknown, stated
+        return _Numbers(values.astype(object), np.full(len(rows), np.nan), False)
+    errors = _floats(rows, uncertainty, np.nan)
+    return _Numbers(_finite(values.astype(float)), errors, uncertainty in rows.root)
 
 
 def _finite(numbers: Floats) -> Floats:
@@ -270,35 +313,39 @@ def _finite(numbers: Floats) -> Floats:
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
-def _ratio(rows: CaseRows, above: str, below: str) -> tuple[Floats, Floats, bool]:
+def _ratio(rows: CaseRows, above: str, below: str) -> _Numbers:
     """A ratio, its uncertainty (NaN if unknown for either number), and whether it has one. Raises ValueError for texts.
 
     A number without uncertainties, as a parameter, counts as exact; the error of a ratio of two such numbers is not known.
     """
-    numbers = [_number(rows, each) for each in (above, below)]
-    if any(value.dtype.kind == "O" for value, *_ in numbers):
+    numerator, denominator = _number(rows, above), _number(rows, below)
+    if "O" in (numerator.values.dtype.kind, denominator.values.dtype.kind):
         raise ValueError("a ratio needs two numbers, and one of these is words")
+    stated = numerator.stated or denominator.stated
     with np.errstate(divide="ignore", invalid="ignore"):
-        quotient = _finite(numbers[0][0] / numbers[1][0])
-        stated = any(each for *_, each in numbers)
+        quotient = _finite(numerator.values / denominator.values)
         if above == below:
-            return quotient, 0.0 * abs(quotient), stated  # whatever it is, it is all of itself
-        first, second = (error / value if each else 0.0 * value for value, error, each in numbers)
-        return quotient, abs(quotient) * np.hypot(first, second) if stated else np.nan * quotient, stated
+            return _Numbers(quotient, 0.0 * abs(quotient), stated)  # whatever it is, it is all of itself
+        if not stated:
+            return _Numbers(quotient, np.nan * quotient, stated)
+        errors = np.hypot(numerator.relative_errors, denominator.relative_errors)
+        return _Numbers(quotient, abs(quotient) * errors, stated)
 
 
 def differing_axes(rows: CaseRows) -> dict[str, NDArray[Any]]:
     """The coordinates in which rows differ; numbers that some lack, or that are infinite, become texts."""
-    return {name: _whole(values) for name, values in rows.differing().items()}
+    return {name: _axis_values(values) for name, values in rows.differing().items()}
 
 
 def sort_values(values: Iterable[Any]) -> list[Any]:
     """Each value once: numbers in their order, also where some cases lack them, last; other texts as they come."""
-    found = list(dict.fromkeys(values))
+    distinct = list(dict.fromkeys(values))
+    lacking = [value for value in distinct if value == LACKING]
+    numbers = [value for value in distinct if value != LACKING]
     try:
-        return sorted(found, key=lambda value: (value == LACKING, 0.0 if value == LACKING else float(value)))
+        return sorted(numbers, key=float) + lacking
     except ValueError:
-        return found
+        return distinct
 
 
 def unevenness(numbers: NDArray[Any]) -> float:
@@ -307,10 +354,15 @@ def unevenness(numbers: NDArray[Any]) -> float:
     return float(np.std(steps) / np.mean(steps))
 
 
-def _whole(values: NDArray[Any]) -> NDArray[Any]:
-    if values.dtype.kind == "f" and not np.isfinite(values).all():
-        return np.array([LACKING if np.isnan(each) else format_value(each) for each in values.tolist()], dtype=object)
-    return values.astype(object) if values.dtype.kind in "UTS" else values
+def _axis_values(values: NDArray[Any]) -> NDArray[Any]:
+    """Values on an axis: numbers, or texts if some are no number."""
+    if values.dtype.kind != "f":
+        return values.astype(object) if values.dtype.kind in "UTS" else values
+    if np.isfinite(values).all():
+        return values
+    texts = np.array([format_value(value) for value in values.tolist()], dtype=object)
+    texts[np.isnan(values)] = LACKING
+    return texts
 
 
 # Variables as people write them: by name, by the start of a name, or as equations call them: plateau/mu_i, R/L_x or R.
@@ -343,8 +395,9 @@ def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = Mapp
     where: values of coordinates that cases have: one, several, or a text of them, as `50,100`.
     """
     selection = {find_variable(dataset, key): _values(given) for key, given in where.items()}
-    splits = [(word, ""), *((word[: slash.start()], word[slash.end() :]) for slash in re.finditer("/", word))]
-    for above, below in splits:
+    slashes = [match.start() for match in re.finditer("/", word)]
+    ratios = [(word[:slash], word[slash + 1 :]) for slash in slashes]
+    for above, below in ((word, ""), *ratios):
         try:
             if above != word and not (above and below):
                 raise UnknownNameError(f"{word}: needs a variable, or a ratio as plateau/mu_i; see nanoslip describe")
@@ -371,22 +424,30 @@ def convert_axes_to_si(points: Points, dataset: xr.Dataset, words: Collection[st
     axes = {}
     for name, values in points.axes.items():
         twin = twins.get(name, name)
-        scaled, in_si = (dataset[each].values.ravel().tolist() for each in (name, twin))
-        sizes = dict(zip(scaled, in_si, strict=True))
-        axes[twin] = np.array([sizes.get(each, each) for each in values.tolist()], values.dtype)
-    return replace(points, axes=axes, zipped=tuple(twins.get(name, name) for name in points.zipped))
+        pairs = zip(dataset[name].values.ravel().tolist(), dataset[twin].values.ravel().tolist(), strict=True)
+        sizes = dict(pairs)
+        axes[twin] = np.array([sizes.get(value, value) for value in values.tolist()], values.dtype)
+    zipped = tuple(twins.get(name, name) for name in points.zipped)
+    return replace(points, axes=axes, zipped=zipped)
 
 
 def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
-    if len(found := variables.find_variables(list(points.axes), word)) == 1:
-        return found[0]
-    count = len(variables.find_variables([str(name) for name in dataset.variables], word))
+    axes = variables.find_variables(list(points.axes), word)
+    if len(axes) == 1:
+        return axes[0]
+    count = len(variables.find_variables(list(map(str, dataset.variables)), word))
     alike = f"cases do not differ in {'it' if count == 1 else 'what is called so'}"
     wrong = alike if count else "no variable of this dataset"
-    names = (each for name in points.axes for each in (name, _twins_in_si(dataset).get(name)) if each)
-    known = (f"{name} ({symbol_and_unit(name)})" if variable_description(name).symbol else name for name in names)
-    raise UnknownNameError(f"{word}: {wrong}; they differ in {', '.join(known) or 'nothing'}")
+    twins = _twins_in_si(dataset)
+    names = [name for axis in points.axes for name in (axis, twins.get(axis)) if name]
+    differing = ", ".join(map(_name_and_symbol, names))
+    raise UnknownNameError(f"{word}: {wrong}; they differ in {differing or 'nothing'}")
+
+
+def _name_and_symbol(name: str) -> str:
+    """Name of a variable with its symbol and unit, if it has a symbol."""
+    return f"{name} ({symbol_and_unit(name)})" if variable_description(name).symbol else name
 
 
 def _values(given: Any) -> Any:

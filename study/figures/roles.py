@@ -36,7 +36,8 @@ class Roles:
 def axis_sizes(points: Points) -> dict[str, int]:
     """Coordinate -> its number of values; numbers first, then by falling number."""
     counts = {name: len(set(values.tolist())) for name, values in points.axes.items()}
-    return dict(sorted(counts.items(), key=lambda item: (points.axes[item[0]].dtype.kind in "OUb", -item[1])))
+    names = sorted(counts, key=lambda name: (points.axes[name].dtype.kind in "OUb", -counts[name]))
+    return {name: counts[name] for name in names}
 
 
 def merge_zipped(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
@@ -44,13 +45,15 @@ def merge_zipped(points: Points, chosen: Collection[str] = ()) -> tuple[Points, 
 
     chosen: coordinates of which one is taken before others.
     """
-    cases = len(set(zip(*(points.axes[name].tolist() for name in points.zipped), strict=True)))
+    rows = zip(*(points.axes[name].tolist() for name in points.zipped), strict=True)
+    cases = len(set(rows))
     telling = [name for name, count in axis_sizes(points).items() if name in points.zipped and count == cases]
     wanted = [name for name in chosen if name in points.zipped] or telling[:1]
     if len(points.zipped) < 2 or len(wanted) != 1 or wanted[0] not in telling:
         return points, ""
-    left_out = set(points.zipped) - set(wanted)
-    return replace(points, axes={name: each for name, each in points.axes.items() if name not in left_out}), wanted[0]
+    merged = set(points.zipped) - set(wanted)
+    axes = {name: values for name, values in points.axes.items() if name not in merged}
+    return replace(points, axes=axes), wanted[0]
 
 
 def is_scattered(points: Points) -> bool:
@@ -65,17 +68,20 @@ def assign_roles(points: Points, x: str = "", hue: str = "") -> Roles:
     Raises ValueError if one is chosen twice, or the only one as hue.
     """
     counts = axis_sizes(points)
-    left = [name for name in counts if name not in (x, hue)]
+    others = [name for name in counts if name not in (x, hue)]
     if x == hue and x:
         raise ValueError(f"{x}: is x and hue: needs two axes")
-    if not (x or left):
+    if not (x or others):
         raise ValueError(f"{hue}: the only axis: needs to be x, not hue")
-    x = x or left.pop(0)
-    hue = hue or (left.pop(0) if left else "")
+    if not x:
+        x = others.pop(0)
+    if others and not hue:
+        hue = others.pop(0)
     panels: list[str] = []
     held: dict[str, Any] = {}
-    for name in left:
-        if math.prod(counts[each] for each in (*panels, name)) <= MOST_PANELS:
+    for name in others:
+        count = math.prod(counts[axis] for axis in (*panels, name))
+        if count <= MOST_PANELS:
             panels.append(name)
         else:
             values = axis_values(points, name)
@@ -94,7 +100,7 @@ def select_points(points: Points, values: Mapping[str, Any]) -> Points:
     chosen: NDArray[np.bool_] = np.ones(len(points.values), np.bool_)
     for name, value in values.items():
         chosen &= points.axes[name] == value
-    return points.at(chosen)
+    return points.select(chosen)
 
 
 # Positions of values along an axis: numbers on a linear or logarithmic scale, texts at equal distances.

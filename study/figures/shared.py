@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import cycle
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -56,8 +57,13 @@ def claim_rows(claims: Iterable[Sequence[str]], header: Sequence[str] = HEADER) 
 def table(claims: Iterable[Sequence[str]], header: Sequence[str] = HEADER) -> str:
     """Claims as a Markdown table, without columns that are empty."""
     head, *body = claim_rows(claims, header)
-    lines = [head, ("---",) * len(head), *body]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+    return "\n".join(map(_table_line, [head, ("---",) * len(head), *body]))
+
+
+def _table_line(cells: Sequence[str]) -> str:
+    """Cells as a line of a Markdown table."""
+    escaped = [cell.replace("|", "\\|") for cell in cells]
+    return f"| {' | '.join(escaped)} |"
 
 
 class Number(NamedTuple):
@@ -97,7 +103,8 @@ def exponent(at: Any, values: Any, errors: Any) -> tuple[float, float]:
     x0, y0 = (weight @ x) / weight.sum(), (weight @ y) / weight.sum()
     square = weight @ (x - x0) ** 2
     slope = float(weight @ ((x - x0) * (y - y0)) / square)
-    scatter = float(weight @ (y - y0 - slope * (x - x0)) ** 2) / (len(x) - 2)
+    residuals = y - y0 - slope * (x - x0)
+    scatter = float(weight @ residuals**2) / (len(x) - 2)
     return slope, float(student(len(x) - 1) * np.sqrt(max(scatter, 1.0) / square))
 
 
@@ -113,7 +120,8 @@ COLORS: Final = ("#004580", "#d64a30", "#1e6d00", "#e0ab2c", "#4a0d55", "#969696
 """Colors of lines, in their order; distinct in grey, too, by steps of 10 or more of their lightness L*."""
 MARKERS: Final = ("o", "s", "^", "D", "v", "P")
 DASHES: Final = ("-", "--", "-.", ":", (0, (8, 2)), (0, (8, 2, 1, 2, 1, 2)))
-REGIME_COLORS: Final[dict[str, str]] = dict(zip(REGIMES, (COLORS[5], COLORS[1], COLORS[0], COLORS[3]), strict=True))
+_COLORS_OF_REGIMES: Final = [COLORS[number] for number in (5, 1, 0, 3)]
+REGIME_COLORS: Final[dict[str, str]] = dict(zip(REGIMES, _COLORS_OF_REGIMES, strict=True))
 """Color of each regime of a driven pin, in every figure."""
 
 FIGURE_SETTINGS: Final[dict[Any, Any]] = {
@@ -192,8 +200,10 @@ def series_style(number: int, **look: Any) -> dict[str, Any]:
 
 def series_styles() -> Iterator[dict[str, Any]]:
     """Colour, marker and dashes of successive series, without end; the user's property cycle has precedence."""
-    own = ({"marker": marker, "linestyle": dashes} for marker, dashes in zip(MARKERS, DASHES, strict=True))
-    return ({**first, **then} for first, then in zip(cycle(own), cycle(mpl.rcParams["axes.prop_cycle"]), strict=False))
+    ours = ({"marker": marker, "linestyle": dashes} for marker, dashes in zip(MARKERS, DASHES, strict=True))
+    theirs = mpl.rcParams["axes.prop_cycle"]
+    pairs = zip(cycle(ours), cycle(theirs), strict=False)
+    return ({**first, **then} for first, then in pairs)
 
 
 def legend(figure: Figure, **look: Any) -> bool:
@@ -221,8 +231,10 @@ def edges(places: NDArray[np.float64], axis: Any) -> NDArray[np.float64]:
     scale = axis.get_transform()
     middles = scale.transform(np.asarray(places, float))
     steps = np.diff(middles) if len(middles) > 1 else np.ones(1)
-    wider = np.concatenate(([middles[0] - steps[0]], middles, [middles[-1] + steps[-1]]))
-    return np.asarray(scale.inverted().transform(0.5 * (wider[1:] + wider[:-1])))
+    before, after = middles[0] - steps[0], middles[-1] + steps[-1]
+    places_and_neighbours = np.concatenate(([before], middles, [after]))
+    halfway = 0.5 * (places_and_neighbours[1:] + places_and_neighbours[:-1])
+    return np.asarray(scale.inverted().transform(halfway))
 
 
 # A figure of one campaign, with a table of claims: a script beside its file, of the same name, defines them.
@@ -272,12 +284,14 @@ class Sort:
 
 def format_csv(columns: DrawnColumns) -> str:
     """Columns as CSV with a line of names; numbers have nine digits, missing ones are empty."""
-    rows = zip(*(map(_cell, np.asarray(each).tolist()) for each in columns.values()), strict=True)
-    return rows_as_csv(itertools.chain([columns], rows))
+    cells = [map(_cell, np.asarray(values).tolist()) for values in columns.values()]
+    return rows_as_csv(itertools.chain([columns], zip(*cells, strict=True)))
 
 
 def _cell(value: object) -> object:
-    return value if not isinstance(value, float) else "" if math.isnan(value) else f"{value:.9g}"
+    if not isinstance(value, float):
+        return value
+    return "" if math.isnan(value) else f"{value:.9g}"
 
 
 # Choice of the few runs that are drawn of many, spread over the values of every axis.
@@ -291,18 +305,23 @@ def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
     """
     if len(places) <= most:
         return list(range(len(places)))
-    columns = [[place[name] for place in places] for name in places[0]] or [list(range(len(places)))]
-    ranks = [{value: rank for rank, value in enumerate(sort_values(values))} for values in columns]
-    counts = np.array([[len(rank)] for rank in ranks])
-    ranked = np.array([[rank[value] for value in values] for rank, values in zip(ranks, columns, strict=True)])
-    shares = (ranked + 0.5) / counts * np.minimum(counts, most)
-    parts, off = shares.astype(np.int64), np.abs(shares % 1.0 - 0.5).sum(axis=0)
+    columns = [list(map(itemgetter(name), places)) for name in places[0]]
+    shares = np.array([_axis_shares(values, most) for values in columns or [range(len(places))]])
+    parts = shares.astype(np.int64)
+    distance = np.abs(shares % 1.0 - 0.5).sum(axis=0)
     cost, taken = np.zeros(len(places)), np.zeros(len(places), np.bool_)
     for _ in range(most):
-        best = np.lexsort((off, cost, taken))[0]
+        best = np.lexsort((distance, cost, taken))[0]
         taken[best] = True
         cost += 2.0 ** (parts == parts[:, best, None]).sum(axis=0)
-    return [int(position) for position in np.flatnonzero(taken)]
+    return np.flatnonzero(taken).tolist()
+
+
+def _axis_shares(values: Sequence[Any], most: int) -> Floats:
+    """Positions of values along an axis that is divided into parts of length 1, at most `most`."""
+    ranks = {value: rank for rank, value in enumerate(sort_values(values))}
+    middles = np.array([ranks[value] for value in values]) + 0.5
+    return middles / len(ranks) * min(len(ranks), most)
 
 
 # The driven pin by Eq. 16-19 in SI, with given coefficients: what measured motion is compared with.
@@ -331,19 +350,23 @@ def analytic_motion(
     case: xr.Dataset, scales: Scales, time: Floats, kinetic: float, static: float, later_static: float
 ) -> ClosedForm:
     """The motion that Eq. 16-19 give at times (n,), in s from 0 on, for a case's drive with these coefficients."""
-    given = {name: float(case[name]) for name in ("spring_stiffness", "damping_ratio", "stage_velocity")}
-    drive = Drive.from_si(scales, float(case["pin_mass"]), duration=float(time[-1]), **given)
-    load, unit = float(case["normal_load"]), scales.time(float(case["pin_mass"]))
+    parameters = {name: float(case[name]) for name in ("spring_stiffness", "damping_ratio", "stage_velocity")}
+    mass, load = float(case["pin_mass"]), float(case["normal_load"])
+    drive = Drive.from_si(scales, mass, duration=float(time[-1]), **parameters)
+    unit = scales.time(mass)
     motion = stick_slip(time / unit, drive, kinetic * load, static * load, later_static * load)
-    velocity = scales.slab_width / unit
-    return ClosedForm(time, scales.slab_width * motion.position, velocity * motion.velocity, motion.spring_force / load)
+    position = scales.slab_width * motion.position
+    velocity = scales.slab_width / unit * motion.velocity
+    return ClosedForm(time, position, velocity, motion.spring_force / load)
 
 
-def fitted(case: xr.Dataset, scales: Scales | None, time: Floats) -> ClosedForm | None:
+def best_fit_motion(case: xr.Dataset, scales: Scales | None, time: Floats) -> ClosedForm | None:
     """Eq. 16-19 with the coefficients that fit a case's spring force best; None if nothing was fitted."""
     if scales is None or len(time) < 2:
         return None
-    kinetic, static, later = (float(case[name]) if name in case else np.nan for name in COEFFICIENTS)
+    kinetic, static, later = (float(case.get(name, np.nan)) for name in COEFFICIENTS)
     if not np.isfinite(kinetic + static):
         return None
-    return analytic_motion(case, scales, time, kinetic, static, static if np.isnan(later) else later)
+    if np.isnan(later):
+        later = static
+    return analytic_motion(case, scales, time, kinetic, static, later)

@@ -4,6 +4,7 @@ import itertools
 import math
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -52,26 +53,34 @@ LEGEND: Final = 0.35
 def make_panels(points: Points, roles: Roles) -> tuple[list[dict[str, Any]], int]:
     """The coordinates of each panel, and how many panels a row has: of several coordinates one runs along the rows."""
     values = {name: axis_values(points, name) for name in roles.panels}
-    names = sorted(values, key=lambda name: len(values[name]) if len(values[name]) <= MOST_COLUMNS else 0)
-    panels = [dict(zip(names, each, strict=True)) for each in itertools.product(*(values[name] for name in names))]
-    return panels, len(values[names[-1]]) if len(names) > 1 else panel_columns(len(panels))
+    counts = {name: len(values[name]) for name in roles.panels}
+    names = sorted(counts, key=lambda name: counts[name] if counts[name] <= MOST_COLUMNS else 0)
+    combinations = itertools.product(*(values[name] for name in names))
+    panels = [dict(zip(names, combination, strict=True)) for combination in combinations]
+    columns = counts[names[-1]] if len(names) > 1 else panel_columns(len(panels))
+    return panels, columns
 
 
 def panel_columns(count: int) -> int:
     """Number of panels side by side, for a total of `count` panels."""
-    return 1 if count == 1 else 2 if count <= 4 else MOST_COLUMNS
+    if count == 1:
+        return 1
+    return 2 if count <= 4 else MOST_COLUMNS
 
 
 def arrange_panels(figure: Figure, count: int, columns: int, **shared: Any) -> list[Any]:
     """Arrange `count` panels in rows of `columns`; several rows enlarge the figure."""
     rows = math.ceil(count / columns)
-    figure.set_size_inches(WIDTH if columns < 3 else 1.5 * WIDTH, 2.5 if rows == 1 else 0.6 + 1.8 * rows)
-    found = figure.subplots(rows, columns, squeeze=False, **shared).ravel().tolist()
-    for spare in found[count:]:
+    width = WIDTH if columns < 3 else 1.5 * WIDTH
+    height = 2.5 if rows == 1 else 0.6 + 1.8 * rows
+    figure.set_size_inches(width, height)
+    grid = figure.subplots(rows, columns, squeeze=False, **shared).ravel().tolist()
+    panels, spares = grid[:count], grid[count:]
+    for spare in spares:
         spare.set_visible(False)
-    for lowest in found[:count][-columns:]:
+    for lowest in panels[-columns:]:
         lowest.tick_params(labelbottom=True)
-    return list(found[:count])
+    return list(panels)
 
 
 def draw_over_axes(points: Points, roles: Roles, make: Callable[..., Figure] = Figure) -> Figure:
@@ -80,18 +89,20 @@ def draw_over_axes(points: Points, roles: Roles, make: Callable[..., Figure] = F
     draw: Callable[..., Any] = _draw_tiles if roles.mapped else _draw_lines
     with column(width=WIDTH, make=make) as figure:
         panels, columns = make_panels(points, roles)
-        found = arrange_panels(figure, len(panels), columns, sharex=True, sharey=True)
-        for axes, panel in zip(found, panels, strict=True):
+        grid = arrange_panels(figure, len(panels), columns, sharex=True, sharey=True)
+        for axes, panel in zip(grid, panels, strict=True):
             mesh = draw(axes, points, select_points(points, panel), roles)
-            axes.set_title("\n".join(typeset(label_in_symbols({name: value})) for name, value in panel.items()))
+            held = [label_in_symbols({name: value}) for name, value in panel.items()]
+            axes.set_title("\n".join(map(typeset, held)))
         if roles.mapped:
             figure.supylabel(_lines(label(roles.hue)))
-            if points.text:
-                _legend_of_tiles(figure, distinct_words(points))
-            else:
-                figure.colorbar(mesh, ax=found, label=typeset(points.label))
+        if roles.mapped and points.text:
+            _legend_of_tiles(figure, distinct_words(points))
+        elif roles.mapped:
+            figure.colorbar(mesh, ax=grid, label=typeset(points.label))
         else:
-            _finish(figure, points, typeset(symbol_and_unit(roles.hue)) if roles.hue else "")
+            title = typeset(symbol_and_unit(roles.hue)) if roles.hue else ""
+            _finish(figure, points, title)
         figure.supxlabel(typeset(label(roles.x)))
     return figure
 
@@ -100,13 +111,13 @@ def draw_scattered(points: Points, make: Callable[..., Figure] = Figure) -> Figu
     """One panel for each coordinate, each with all points: of a design that is no product."""
     names = list(axis_sizes(points))
     with column(width=WIDTH, make=make) as figure:
-        for axes, name in zip(
-            arrange_panels(figure, len(names), panel_columns(len(names)), sharey=True), names, strict=True
-        ):
+        panels = arrange_panels(figure, len(names), panel_columns(len(names)), sharey=True)
+        for axes, name in zip(panels, names, strict=True):
             x = axis_positions(points, name, points)
             steps = np.diff(x)
             one_way = bool((steps > 0).all() or (steps < 0).all())
-            _draw_series(axes, points, points, x, next(series_styles()), line=one_way)
+            style = next(series_styles())
+            _draw_series(axes, points, points, x, style, line=one_way)
             set_axis(axes.xaxis, points, name)
             axes.set_xlabel(typeset(symbol_and_unit(name)))
         _finish(figure, points)
@@ -116,14 +127,14 @@ def draw_scattered(points: Points, make: Callable[..., Figure] = Figure) -> Figu
 def _draw_lines(axes: Any, points: Points, here: Points, roles: Roles) -> None:
     """One line for each value of the hue, points alone over words."""
     line = points.axes[roles.x].dtype.kind not in "Ob"
-    hues = (
-        [(format_in_figure(value), {roles.hue: value}) for value in axis_values(points, roles.hue)]
-        if roles.hue
-        else [("", {})]
-    )
-    for style, (name, hue) in zip(series_styles(), hues, strict=False):
+    hues: list[dict[str, Any]] = [{}]
+    if roles.hue:
+        hues = [{roles.hue: value} for value in axis_values(points, roles.hue)]
+    for style, hue in zip(series_styles(), hues, strict=False):
         series = select_points(here, hue)
-        _draw_series(axes, points, series, axis_positions(points, roles.x, series), style, name, line)
+        x = axis_positions(points, roles.x, series)
+        name = "".join(map(format_in_figure, hue.values()))
+        _draw_series(axes, points, series, x, style, name, line)
     set_axis(axes.xaxis, points, roles.x)
 
 
@@ -131,27 +142,34 @@ def _draw_series(
     axes: Any, points: Points, series: Points, x: NDArray[Any], style: dict[str, Any], name: str = "", line: bool = True
 ) -> None:
     """Values with error bars, a question mark if unknown, hollow if flagged; crosses without a value."""
-    color = style["color"]
     order = np.argsort(x, kind="stable")
-    x, series = x[order], series.at(order)
-    y, there = _heights(series, distinct_words(points)), series.there  # a line breaks at what is no number
-    if series.text or len(set(x[there].tolist())) < there.sum() or not line:
+    x, series = x[order], series.select(order)
+    y = _heights(series, distinct_words(points))  # a line breaks at what is no number
+    distinct = len(set(x[series.there].tolist())) == series.there.sum()
+    if series.text or not distinct or not line:
         style = {**style, "linestyle": ""}
     errors, ends = np.nan_to_num(series.errors), far_below(points, series)
     lower = np.where(ends, (1.0 - SHORTEST) * np.nan_to_num(y), errors)
-    axes.plot(x[ends], SHORTEST * y[ends], "v", markersize=2.6, color=color)
+    axes.plot(x[ends], SHORTEST * y[ends], "v", markersize=2.6, color=style["color"])
     bars = axes.errorbar(x, y, (lower, errors), markersize=2.8, capsize=1.6, label=name or None, **style)
     for bar in bars[2]:
         bar.set_linestyle("-")
     if np.isfinite(series.closed_form).any():
-        axes.plot(x, series.closed_form, ":", linewidth=1.2, color=color)
-    care = series.flagged & there
+        axes.plot(x, series.closed_form, ":", linewidth=1.2, color=style["color"])
+    _draw_signs(axes, series, x, y, style)
+
+
+def _draw_signs(axes: Any, series: Points, x: NDArray[Any], y: Floats, style: dict[str, Any]) -> None:
+    """A white middle for values to be taken with care, a question mark for unknown errors, a cross for no value."""
+    care, missing = series.flagged & series.there, ~series.there
     axes.plot(x[care], y[care], style["marker"], markersize=2.0, color="white", zorder=5)
     beside = offset_copy(axes.transData, axes.figure, 3.5, 3.5, "points")
-    look: dict[str, Any] = {"markersize": 3.6, "markeredgewidth": 0.3, "color": color, "linestyle": ""}
-    marks = axes.plot(x[series.unsure], y[series.unsure], marker=UNSURE, clip_on=False, transform=beside, **look)
-    bottom = np.full(int((~there).sum()), 0.02)
-    crosses = axes.plot(x[~there], bottom, "x", color=FAILED_COLOR, transform=axes.get_xaxis_transform(), zorder=6)
+    look: dict[str, Any] = {"markersize": 3.6, "markeredgewidth": 0.3, "color": style["color"], "linestyle": ""}
+    look |= {"marker": UNSURE, "clip_on": False, "transform": beside}
+    marks = axes.plot(x[series.unsure], y[series.unsure], **look)
+    bottom = np.full(int(missing.sum()), 0.02)
+    frame = axes.get_xaxis_transform()
+    crosses = axes.plot(x[missing], bottom, "x", color=FAILED_COLOR, transform=frame, zorder=6)
     for signs in (*marks, *crosses):
         signs.set_in_layout(False)
 
@@ -163,7 +181,8 @@ def far_below(points: Points, series: Points) -> NDArray[np.bool_]:
     """
     if points.text or not is_logarithmic(points.values):
         return np.zeros(len(series.values), np.bool_)
-    return np.asarray(series.there & (np.nan_to_num(series.errors) > (1.0 - SHORTEST) * series.values))
+    far = np.nan_to_num(series.errors) > (1.0 - SHORTEST) * series.values
+    return np.asarray(series.there & far)
 
 
 def _heights(points: Points, names: list[str]) -> Floats:
@@ -181,7 +200,7 @@ def distinct_words(points: Points) -> list[str]:
     return [name for name in dict.fromkeys(points.values.tolist()) if name]
 
 
-def _named(figure: Figure, **look: Any) -> None:
+def _add_legend(figure: Figure, **look: Any) -> None:
     """Add a legend, if any line has a label, in extra space above the panels."""
     if legend(figure, **look):
         figure.set_figheight(figure.get_figheight() + LEGEND)
@@ -189,7 +208,8 @@ def _named(figure: Figure, **look: Any) -> None:
 
 def _lines(text: str) -> str:
     """A label that stands upright, in lines that the lowest figure has room for."""
-    return "\n".join(typeset(line) for line in textwrap.wrap(text, LETTERS_UPWARDS, break_on_hyphens=False))
+    lines = textwrap.wrap(text, LETTERS_UPWARDS, break_on_hyphens=False)
+    return "\n".join(map(typeset, lines))
 
 
 def _finish(figure: Figure, points: Points, title: str = "") -> None:
@@ -197,12 +217,12 @@ def _finish(figure: Figure, points: Points, title: str = "") -> None:
     for axes in figure.axes:
         if points.text:
             names = distinct_words(points)
-            axes.set_yticks(range(len(names)), [*map(hyphenate, names)])
+            axes.set_yticks(range(len(names)), list(map(hyphenate, names)))
             axes.set_ylim(-0.5, len(names) - 0.5)
         elif is_logarithmic(points.values):
             axes.set_yscale("log")
     figure.supylabel(_lines(points.label))
-    _named(figure, title=title)
+    _add_legend(figure, title=title)
 
 
 # Tiles.
@@ -227,37 +247,66 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
 
     Crosses are cases without a value, dots are flagged cases. Very many have none.
     """
-    names = distinct_words(points)
-    x, y = axis_positions(points, roles.x, here), axis_positions(points, roles.hue, here)
-    columns, rows = (np.unique(axis_positions(points, name, points)) for name in (roles.x, roles.hue))
-
-    def tiles(values: NDArray[Any], otherwise: float) -> Floats:
-        """(rows, columns)"""
-        found = np.full((len(rows), len(columns)), otherwise)
-        found[np.searchsorted(rows, y), np.searchsorted(columns, x)] = values
-        return found
-
+    tiles = _tiles(points, here, roles)
     axes.grid(visible=False)
-    for axis, name in ((axes.xaxis, roles.x), (axes.yaxis, roles.hue)):
-        set_axis(axis, points, name)
-    ends = [edges(values, axis) for values, axis in ((columns, axes.xaxis), (rows, axes.yaxis))]
-    rasterized = len(rows) * len(columns) > MOST_VECTOR
+    set_axis(axes.xaxis, points, roles.x)
+    set_axis(axes.yaxis, points, roles.hue)
+    across, up = edges(tiles.columns, axes.xaxis), edges(tiles.rows, axes.yaxis)
+    rasterized = len(tiles.rows) * len(tiles.columns) > MOST_VECTOR
     look: dict[str, Any] = {"rasterized": rasterized, "edgecolors": "face", "linewidth": 0.3}
     if here.differing:  # drawn without hairlines between the shapes
-        look |= {"alpha": tiles(here.shares, 1.0), "edgecolors": "none", "rasterized": True}
-    mesh = axes.pcolormesh(*ends, tiles(_heights(here, names), np.nan), **look, **_colors(points, names))
-    care = here.flagged & here.there
-    axes.set(xlim=ends[0][[0, -1]], ylim=ends[1][[0, -1]])
-    for border in critical_border(points, here, roles):
-        axes.plot(*border, color="black", linewidth=1.2)
+        look |= {"alpha": tiles.fill(here.shares, 1.0), "edgecolors": "none", "rasterized": True}
+    names = distinct_words(points)
+    values = tiles.fill(_heights(here, names), np.nan)
+    mesh = axes.pcolormesh(across, up, values, **look, **_colors(points, names))
+    axes.set(xlim=across[[0, -1]], ylim=up[[0, -1]])
+    for x, y in critical_border(points, here, roles):
+        axes.plot(x, y, color="black", linewidth=1.2)
     if is_crowded(points, roles):
-        inside = tiles(care, 0.0)
-        if 0.0 < inside.mean() < 1.0:
-            axes.contourf(columns, rows, inside, levels=[0.5, 1.5], colors="none", hatches=["//"])
-        return mesh
-    axes.plot(x[~here.there], y[~here.there], "x", markersize=4, color=FAILED_COLOR)
-    axes.plot(x[care], y[care], "o", markersize=2.4, color="white", markeredgecolor="black", markeredgewidth=0.4)
+        _hatch_tiles(axes, tiles, here)
+    else:
+        _mark_tiles(axes, tiles, here)
     return mesh
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tiles:
+    """Positions of cases, (n,), and the columns and rows of the tiles that they lie on."""
+
+    x: Floats
+    y: Floats
+    columns: Floats
+    rows: Floats
+
+    def fill(self, values: NDArray[Any], otherwise: float) -> Floats:
+        """(rows, columns) Values of the cases (n,), `otherwise` on tiles without a case."""
+        array = np.full((len(self.rows), len(self.columns)), otherwise)
+        array[np.searchsorted(self.rows, self.y), np.searchsorted(self.columns, self.x)] = values
+        return array
+
+
+def _tiles(points: Points, here: Points, roles: Roles) -> _Tiles:
+    return _Tiles(
+        x=axis_positions(points, roles.x, here),
+        y=axis_positions(points, roles.hue, here),
+        columns=np.unique(axis_positions(points, roles.x, points)),
+        rows=np.unique(axis_positions(points, roles.hue, points)),
+    )
+
+
+def _hatch_tiles(axes: Any, tiles: _Tiles, here: Points) -> None:
+    """Hatch the tiles to be taken with care, unless that are all or none."""
+    care = tiles.fill(here.flagged & here.there, 0.0)
+    if 0.0 < care.mean() < 1.0:
+        axes.contourf(tiles.columns, tiles.rows, care, levels=[0.5, 1.5], colors="none", hatches=["//"])
+
+
+def _mark_tiles(axes: Any, tiles: _Tiles, here: Points) -> None:
+    """A cross on each tile without a value, a dot on each that is to be taken with care."""
+    missing, care = ~here.there, here.flagged & here.there
+    axes.plot(tiles.x[missing], tiles.y[missing], "x", markersize=4, color=FAILED_COLOR)
+    dot = {"markersize": 2.4, "color": "white", "markeredgecolor": "black", "markeredgewidth": 0.4}
+    axes.plot(tiles.x[care], tiles.y[care], "o", **dot)
 
 
 def critical_border(points: Points, here: Points, roles: Roles) -> Iterator[tuple[Floats, Floats]]:
@@ -268,10 +317,11 @@ def critical_border(points: Points, here: Points, roles: Roles) -> Iterator[tupl
     known = np.isfinite(here.critical_velocity)
     if VELOCITY not in (roles.x, roles.hue) or points.axes[VELOCITY].dtype.kind in "Ob" or not known.any():
         return
-    places = axis_positions(points, roles.x if roles.hue == VELOCITY else roles.hue, here)[known]
-    along, which = np.unique(places, return_inverse=True)
-    means = np.exp(np.bincount(which, np.log(here.critical_velocity[known])) / np.bincount(which))
-    yield (along, means) if roles.hue == VELOCITY else (means, along)
+    other_axis = roles.x if roles.hue == VELOCITY else roles.hue
+    places, numbers = np.unique(axis_positions(points, other_axis, here)[known], return_inverse=True)
+    sums = np.bincount(numbers, np.log(here.critical_velocity[known]))
+    means = np.exp(sums / np.bincount(numbers))
+    yield (places, means) if roles.hue == VELOCITY else (means, places)
 
 
 VELOCITY: Final = "stage_velocity"
@@ -291,11 +341,13 @@ def _palette(names: Sequence[str]) -> list[Any]:
     if set(names) <= REGIME_COLORS.keys():
         return [REGIME_COLORS[name] for name in names]
     count = len(names)
-    return list(COLORS[:count] if count <= len(COLORS) else colormaps["turbo"](np.linspace(0.05, 0.95, count)))
+    if count <= len(COLORS):
+        return list(COLORS[:count])
+    return list(colormaps["turbo"](np.linspace(0.05, 0.95, count)))
 
 
 def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
     for color, name in zip(_palette(names), names, strict=True):
         figure.axes[0].plot([], [], "s", color=color, label=hyphenate(name))
     beside = LETTERS_OF_TILES // (max(map(len, names)) + len("■   "))
-    _named(figure, ncols=max(min(len(names), beside), 1))
+    _add_legend(figure, ncols=max(min(len(names), beside), 1))

@@ -22,7 +22,7 @@ from nanoslip.study.dataset.variables import are_means
 from nanoslip.study.figures.answer import answers, make_view
 from nanoslip.study.figures.points import DrawnColumns, differing_axes, label, label_in_symbols, read_points, typeset
 from nanoslip.study.figures.roles import assign_roles, is_scattered
-from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
+from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, best_fit_motion, column, legend, spread
 
 # Runs of a dataset (records, trajectories, contacts) as views: of many a few, spread over all axes.
 
@@ -112,16 +112,18 @@ def draw_runs(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
     if are_means(dataset) and not family.of_all:
         caption += ", of the first member"
     runs = list_runs(dataset, family.group, family.need)
-    shown = [runs[position] for position in spread([run.label for run in runs], MOST_RUNS)]
+    positions = spread([run.label for run in runs], MOST_RUNS)
+    shown = [runs[position] for position in positions]
     counted = "all" if len(shown) == len(runs) else f"{len(shown)} of {len(runs)}, spread over all axes"
     numbers = cache(partial(_columns_to_draw, family, dataset))  # a figure shows a run, and a file holds it
     if family.together and len(shown) > 1:
-        draw = partial(_drawn, family, numbers, shown)
-        yield View(f"{family.name}_together", f"{caption}: {counted}.", draw, partial(_joined, numbers, shown))
+        draw = partial(_draw_together, family, numbers, shown)
+        columns = partial(_join_columns, numbers, shown)
+        yield View(f"{family.name}_together", f"{caption}: {counted}.", draw, columns)
     else:
         for run in shown:
             which = f": {label_in_symbols(run.label)}" if run.label else ""
-            draw = partial(_drawn, family, numbers, [run])
+            draw = partial(_draw_together, family, numbers, [run])
             yield View(f"{family.name}_{run.number}", f"{caption}{which}.", draw, partial(numbers, run))
         if len(shown) < len(runs):
             yield f"Drawn: {counted}."
@@ -171,7 +173,7 @@ def thin_line(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.i
     return np.unique(np.concatenate((order[firsts], order[lasts], ends)))
 
 
-def _joined(numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun]) -> DrawnColumns:
+def _join_columns(numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun]) -> DrawnColumns:
     """The numbers of several runs one below the other, and beside them the case of each."""
     tables = []
     for run in runs:
@@ -179,10 +181,11 @@ def _joined(numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun
         length = len(next(iter(columns.values())))
         case = np.full(length, label_in_symbols(run.label), dtype=object)
         tables.append({"case": case, **columns})
-    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+    parts = {name: [table[name] for table in tables] for name in tables[0]}
+    return {name: np.concatenate(arrays) for name, arrays in parts.items()}
 
 
-def _drawn(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun]) -> Figure:
+def _draw_together(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun]) -> Figure:
     """Runs on one pair of axes; the figure grows by the legend of several."""
     with column(family.height, WIDTH) as figure:
         axes = figure.add_subplot()
@@ -220,8 +223,9 @@ def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     x = x[near]
     pressure = contact["pressure"].values[:, near]
     shear = contact["shear"].values[:, near]
-    nodes = [np.union1d(thin_line(x, p), thin_line(x, q)) for p, q in zip(pressure, shear, strict=True)]
-    event = np.repeat(np.arange(len(nodes)), [len(each) for each in nodes])
+    curves = zip(pressure, shear, strict=True)
+    nodes = [np.union1d(thin_line(x, p), thin_line(x, q)) for p, q in curves]
+    event = np.repeat(np.arange(len(nodes)), list(map(len, nodes)))
     node = np.concatenate(nodes)
     return {
         "event": contact["event"].values[event],
@@ -298,7 +302,7 @@ def drive_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     resolution."""
     pulled = Accessor(dataset).trajectory(**run.selection)
     time, force = pulled["time"].values, pulled["sample_spring_force"].values
-    model = fitted(pulled, read_scales(dataset.attrs), time)
+    model = best_fit_motion(pulled, read_scales(dataset.attrs), time)
     seen = thin_line(time, force)
     fit = np.full(len(time), np.nan) if model is None else model.spring_force
     return {"time": time[seen], "spring_force": force[seen], "fitted_spring_force": fit[seen]}
@@ -341,7 +345,8 @@ def size_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
         tail = middles >= fit["cutoff"]
         share = fit["tail"] / events.sum()
         law[tail] = share * density(middles[tail], fit["exponent"], fit["cutoff"], True)
-    columns = {"event_slips": middles, "density": sizes["bin_density"].values, "events": events, "power_law": law}
+    columns = {"event_slips": middles, "density": sizes["bin_density"].values}
+    columns |= {"events": events, "power_law": law}
     for name in FITTED:
         columns[name] = np.full(len(middles), fit[name])
     return columns
@@ -447,8 +452,8 @@ def path_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Displacement, F/W and leg of a path, each leg thinned to the figure's resolution."""
     line = Accessor(dataset).path(**run.selection)
     x, force, leg = (line[f"path_{name}"].values for name in ("displacement", "friction", "leg"))
-    seen = [_leg_seen(x, force, np.flatnonzero(leg == each)) for each in np.unique(leg)]
-    shown = np.concatenate([np.arange(0), *seen])
+    places = [np.flatnonzero(leg == number) for number in np.unique(leg)]
+    shown = np.concatenate([np.arange(0), *(_leg_seen(x, force, place) for place in places)])
     return {"displacement": x[shown], "friction_force": force[shown], "leg": leg[shown]}
 
 
@@ -507,7 +512,7 @@ def _losses(dataset: xr.Dataset) -> View | None:
     """Loss per cycle over amplitude, with Mindlin's closed form; None if cases are not lines over amplitude."""
     points = replace(read_points(dataset, "loss_per_cycle"), closed_form=_mindlin(dataset))
     lossless = read_points(dataset, "shaken_down").values == 1.0
-    points = points.at(~lossless)
+    points = points.select(~lossless)
     along = [name for name in ("amplitude", "stroke") if len(set(points.axes.get(name, ()))) > 1]
     if not along or is_scattered(points) or assign_roles(points, along[0]).mapped:
         return None

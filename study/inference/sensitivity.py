@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import student
 from nanoslip.study.dataset.access import read_members
-from nanoslip.study.figures.points import Points, column_length_name, points_named, unevenness
+from nanoslip.study.figures.points import Points, longest_rows, points_named, unevenness
 from nanoslip.study.inference.surrogate import ALIKE, MOST_REGRESSED, TooFewError, regress
 
 # The parameters of cases as numbers in the unit cube, and how likely each value is.
@@ -242,7 +242,7 @@ def _interval(drawn: Floats, missed: float) -> Floats:
 
 def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
     """Standard deviation over the members of each of all points, also where the mean has no ±; NaN of fewer than two members."""
-    rows = column_length_name(dataset, points.sources, {})
+    rows = longest_rows(dataset, points.sources, {})
     columns = [read_members(rows, name) for name in points.sources]
     with np.errstate(divide="ignore", invalid="ignore"):
         values = columns[0] if len(columns) == 1 else [above / below for above, below in zip(*columns, strict=True)]

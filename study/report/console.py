@@ -82,18 +82,20 @@ class Table:
         """The table in `options.max_width` letters."""
         width, last = options.max_width, len(self.header) - 1
         least = min(self.labels + self.asked, last)
-        *_, sentences = columns = list(zip(self.header, *self.rows, strict=True))
+        *columns, sentences = zip(self.header, *self.rows, strict=True)
         needed = max(min(_widest(sentences), LEAST_ROOM), *map(_longest_word, sentences))
-        folded = [max(_longest_word(title), _widest(cells)) for title, *cells in columns[:-1]]
+        wide = [_widest(cells) for cells in columns]
+        folded = [max(_longest_word(title), _widest(cells)) for title, *cells in columns]
+        fewer = [folded[:count] for count in range(last, least - 1, -1)]
         tight = [max(map(_longest_word, cells)) for cells in columns[:least]]
-        for widths in ([*map(_widest, columns[:-1])], *(folded[:kept] for kept in range(last, least - 1, -1)), tight):
-            if (room := width - sum(widths) - GAP * len(widths)) >= needed:
+        for widths in (wide, *fewer, tight):
+            room = width - _width(widths)
+            if room >= needed:
                 yield self._grid(widths, room)
-                if left_out := self.header[len(widths) : -1]:
-                    yield _lines(wrap_sentence(f"not shown, for lack of width: {', '.join(left_out)}", width, first=""))
+                yield from _name_missing(self.header[len(widths) : -1], width)
                 return
         for widths in (folded[:least], tight):
-            if sum(widths) + GAP * len(widths) <= width:
+            if _width(widths) <= width:
                 yield from self._above_sentences(widths, console, options)
                 return
         parts = list(self._parts(width, folded))
@@ -101,22 +103,27 @@ class Table:
 
     def _parts(self, width: int, folded: Sequence[int]) -> "Iterator[Table]":
         """Tables with the labels and as many requested columns as fit, the last with the sentences; none if one does not fit."""
-        labels, last = range(self.labels), len(self.header) - 1
-        room, groups = width - sum(folded[: self.labels]) - GAP * self.labels, list[list[int]]()
+        last = len(self.header) - 1
+        room = width - _width(folded[: self.labels])
+        groups: list[list[int]] = []
         free = -1
         for place in range(self.labels, min(self.labels + self.asked, last)):
-            if folded[place] + GAP > room:
+            needed = folded[place] + GAP
+            if needed > room:
                 return
-            if folded[place] + GAP > free:
+            if needed > free:
                 groups.append([])
                 free = room
             groups[-1].append(place)
-            free -= folded[place] + GAP
-        for number, group in enumerate(groups if len(groups) > 1 else ()):
-            header, *rows = (
-                (*(row[place] for place in (*labels, *group)), row[last] if number == len(groups) - 1 else "")
-                for row in (self.header, *self.rows)
-            )
+            free -= needed
+        if len(groups) < 2:
+            return
+        columns = list(zip(self.header, *self.rows, strict=True))
+        blank = ("",) * len(columns[last])
+        for group in groups:
+            sentences = columns[last] if group is groups[-1] else blank
+            chosen = [*columns[: self.labels], *(columns[place] for place in group), sentences]
+            header, *rows = zip(*chosen, strict=True)
             yield replace(self, header=header, rows=tuple(rows), asked=len(group))
 
     def _above_sentences(self, widths: Sequence[int], console: Console, options: ConsoleOptions) -> RenderResult:
@@ -126,8 +133,9 @@ class Table:
         for number, row in enumerate(self.rows):
             lines = console.render_lines(self._grid(widths, of=(number,)), options, pad=False)[len(header) :]
             yield from itertools.chain.from_iterable((*line, Segment.line()) for line in lines)
-            if below := wrap_sentence(row[-1], options.max_width):
-                yield _lines(below, self._style(number))
+            sentence = wrap_sentence(row[-1], options.max_width)
+            if sentence:
+                yield _lines(sentence, self._style(number))
 
     def _grid(self, widths: Sequence[int], room: int = 0, of: Iterable[int] | None = None) -> rich.table.Table:
         """Lay out the first columns side by side in these widths, and the last one in the remaining room, if there is any.
@@ -142,13 +150,15 @@ class Table:
             header_style="bold",
             border_style="bold",
         )
-        columns: list[tuple[int, int | None]] = [*enumerate(widths), *([(-1, None)] if room else [])]
-        for place, letters in columns:
+        places = list(enumerate(widths))
+        if room:
+            places.append((-1, room))
+        for place, letters in places:
             numbers = all(_NUMBER.match(row[place]) for row in self.rows)
-            grid.add_column(Text(self.header[place]), width=letters, justify="right" if numbers else "left")
+            width = None if place == -1 else letters
+            grid.add_column(Text(self.header[place]), width=width, justify="right" if numbers else "left")
         for number in range(len(self.rows)) if of is None else of:
             row = self.rows[number]
-            places = [*enumerate(widths), *([(-1, room)] if room else [])]
             cells = ["\n".join(wrap_sentence(row[place], letters, "", "")) for place, letters in places]
             grid.add_row(*map(Text, cells), style=self._style(number))
         return grid
@@ -157,19 +167,31 @@ class Table:
         """Lay out every cell on a separate line, after its title: label columns and requested columns, or all columns
         if none is requested."""
         last = len(self.header) - 1
-        places = [*range(min(self.labels + self.asked, last)), last] if self.asked else range(last + 1)
+        kept = min(self.labels + self.asked, last) if self.asked else last
         for number, row in enumerate(self.rows):
             lines = [""]
-            for title, cell in ((self.header[place], row[place]) for place in places):
+            for place in (*range(kept), last):
+                title, cell = self.header[place], row[place]
                 indent = INDENT if len(lines) > 1 else ""
+                text = f"{title}: {cell}" if title else cell
                 if cell:
-                    lines += wrap_sentence(f"{title}: {cell}" if title else cell, width, indent, indent + INDENT)
+                    lines += wrap_sentence(text, width, indent, indent + INDENT)
             yield _lines(lines, self._style(number))
-        if left_out := [title for place, title in enumerate(self.header) if place not in places]:
-            yield _lines(wrap_sentence(f"not shown, for lack of width: {', '.join(left_out)}", width, first=""))
+        yield from _name_missing(self.header[kept:last], width)
 
     def _style(self, number: int) -> str:
         return FAILED if number in self.failed else ""
+
+
+def _width(widths: Sequence[int]) -> int:
+    """Letters that columns of these widths take, each with the gap after it."""
+    return sum(widths) + GAP * len(widths)
+
+
+def _name_missing(titles: Sequence[str], width: int) -> Iterator[Text]:
+    """Name the columns that a table has no room for, if there are any."""
+    if titles:
+        yield _lines(wrap_sentence(f"not shown, for lack of width: {', '.join(titles)}", width, first=""))
 
 
 def _widest(cells: Iterable[str]) -> int:
@@ -186,11 +208,13 @@ def _lines(lines: Iterable[str], style: str = "") -> Text:
 
 def _escape_controls(text: str) -> str:
     """A text in which letters that terminals obey, or that are half of a letter, are escaped, but line breaks."""
-    return "".join(x if x.isprintable() or x == "\n" or _plain(x) else ascii(x)[1:-1] for x in text)
+    return "".join(letter if _is_plain(letter) else ascii(letter)[1:-1] for letter in text)
 
 
-def _plain(letter: str) -> bool:
-    """True if a terminal shows a letter and does not obey it."""
+def _is_plain(letter: str) -> bool:
+    """True if a terminal shows a letter and does not obey it, and for a line break."""
+    if letter.isprintable() or letter == "\n":
+        return True
     return one_line(letter) and unicodedata.category(letter) != "Cs"
 
 
@@ -213,9 +237,9 @@ def _has_width(found: Console) -> bool:
 
 def print_table(*tables: Table) -> None:
     """Print tables to standard output, between empty lines."""
-    for each in tables:
-        header, *rows = (tuple(map(_escape_controls, row)) for row in (each.header, *each.rows))
-        console().print("", replace(each, header=header, rows=tuple(rows)), soft_wrap=True)
+    for table in tables:
+        header, *rows = (tuple(map(_escape_controls, row)) for row in (table.header, *table.rows))
+        console().print("", replace(table, header=header, rows=tuple(rows)), soft_wrap=True)
     console().print()
 
 
@@ -237,9 +261,11 @@ def note(sentence: str, stderr: bool = False) -> None:
 
 def print_entries(entries: Mapping[str, str]) -> None:
     """Print the meaning of each name, a name a line."""
-    out, indent = console(unlimited=sys.maxsize), " " * (max(map(len, entries)) + GAP)
+    out = console(unlimited=sys.maxsize)
+    indent = " " * (max(map(len, entries)) + GAP)
     for name, meaning in entries.items():
-        out.print(_lines(wrap_sentence(meaning, out.width, f"{name:{len(indent)}}", indent)), soft_wrap=True)
+        lines = wrap_sentence(meaning, out.width, name.ljust(len(indent)), indent)
+        out.print(_lines(lines), soft_wrap=True)
 
 
 def print_error(message: str) -> None:

@@ -53,8 +53,10 @@ def inertial_range(case: xr.Dataset) -> tuple[float, float, float] | None:
 def _has(case: xr.Dataset, group: str, sample: str) -> bool:
     """True if a case has a run in a group, with values along a sample dimension."""
     name = f"{group}_id"
-    own = name in case and not case[name].dims and bool(case[name].item())
-    return own and group in read_groups(case) and sample in read_groups(case)[group].dims
+    if name not in case or case[name].dims or not case[name].item():
+        return False
+    groups = read_groups(case)
+    return group in groups and sample in groups[group].dims
 
 
 def _curve(run: xr.Dataset, x: str, y: str) -> DrawnLine:
@@ -64,8 +66,9 @@ def _curve(run: xr.Dataset, x: str, y: str) -> DrawnLine:
 def _label(attributes: dict[Any, Any]) -> str:
     """Meaning of a variable, with its symbol and a unit that is not 1."""
     unit = attributes.get("units", "1")
-    parts = [attributes["long_name"], attributes.get("symbol", ""), "" if unit == "1" else f"in {unit}"]
-    return ", ".join(part for part in parts if part)
+    unit_part = "" if unit == "1" else f"in {unit}"
+    parts = [attributes["long_name"], attributes.get("symbol", ""), unit_part]
+    return ", ".join(filter(None, parts))
 
 
 # A line drawn in text: dots of braille letters, two across and four down in each, with the ends of both axes.
@@ -89,26 +92,37 @@ def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = 
     across, up = points[:, np.isfinite(points).all(axis=0)]
     if len(across) < 2 or np.ptp(across) == 0.0:
         return ""
-    none = float(np.ptp(up)) / (8 * height)  # half a dot: what is drawn at 0 is written as 0
-    ends = [f"{value if abs(value) > none else 0.0:.4g}" for value in (up.max(), up.min())]
-    margin = max(map(len, ends))
+    half_dot = float(np.ptp(up)) / (8 * height)  # what is drawn at 0 is written as 0
+    top, bottom = _end_text(up.max(), half_dot), _end_text(up.min(), half_dot)
+    margin = max(len(top), len(bottom))
     rows = _letters(_dots(across, up, 2 * width, 4 * height))
-    left = [ends[0], *[""] * (height - 2), ends[1]]
-    framed = [f"{end:>{margin}} ┤{row}" for end, row in zip(left, rows, strict=True)]
-    first, last = f"{across.min():.4g}", f"{across.max():.4g}"
-    between = labels[0].center(max(width - len(first) - len(last), 0))
-    return "\n".join([f"{'':{margin}}  {labels[1]}", *framed, f"{'':{margin}}  {first}{between}{last}"])
+    ends = [top, *[""] * (height - 2), bottom]
+    framed = [f"{end:>{margin}} ┤{row}" for end, row in zip(ends, rows, strict=True)]
+    left, right = f"{across.min():.4g}", f"{across.max():.4g}"
+    between = labels[0].center(max(width - len(left) - len(right), 0))
+    indent = " " * (margin + 2)
+    return "\n".join([f"{indent}{labels[1]}", *framed, f"{indent}{left}{between}{right}"])
+
+
+def _end_text(value: float, negligible: float) -> str:
+    """The end of an axis as it is written: 0 if nobody sees the difference."""
+    return f"{value if abs(value) > negligible else 0.0:.4g}"
 
 
 def _dots(x: NDArray[np.float64], y: NDArray[np.float64], across: int, down: int) -> NDArray[np.bool_]:
     """Mask of the dots that the line passes, (down, across) from the top left: it is followed in steps of half a dot."""
     height = np.ptp(y)
     column = (x - x.min()) / np.ptp(x) * (across - 1)
-    row = (y.max() - y) / height * (down - 1) if height > 0.0 else np.full(len(y), 0.5 * (down - 1))
-    way = np.concatenate(([0.0], np.cumsum(np.maximum(abs(np.diff(column)), abs(np.diff(row))))))
+    row = np.full(len(y), 0.5 * (down - 1))
+    if height > 0.0:
+        row = (y.max() - y) / height * (down - 1)
+    lengths = np.maximum(abs(np.diff(column)), abs(np.diff(row)))
+    way = np.concatenate(([0.0], np.cumsum(lengths)))
     steps = np.append(np.arange(0.0, way[-1], 0.5), way)
+    rows = np.interp(steps, way, row).round().astype(int)
+    columns = np.interp(steps, way, column).round().astype(int)
     dots = np.zeros((down, across), np.bool_)
-    dots[tuple(np.interp(steps, way, each).round().astype(int) for each in (row, column))] = True
+    dots[rows, columns] = True
     return dots
 
 

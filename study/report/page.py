@@ -4,7 +4,6 @@ Everything is inside: figures as SVG with their numbers as CSV, style and script
 """
 
 import base64
-import itertools
 import json
 import math
 import re
@@ -42,9 +41,9 @@ def as_csv(columns: Sequence[Column]) -> str:
 
     Numbers have all their digits; `true`, `false` and `inf` are words, as in a table of cases.
     """
-    names = [f"{each.name} [{each.units}]" if each.units not in ("", "1") else each.name for each in columns]
-    rows = zip(*([_cell(value) for value in each.values] for each in columns), strict=True)
-    return rows_as_csv(itertools.chain([names], rows))
+    titles = [_title(column) for column in columns]
+    cells = [map(_cell, column.values) for column in columns]
+    return rows_as_csv([titles, *zip(*cells, strict=True)])
 
 
 def as_json(columns: Sequence[Column], title: str) -> str:
@@ -52,11 +51,17 @@ def as_json(columns: Sequence[Column], title: str) -> str:
 
     Infinite numbers are texts, `inf` and `-inf`, as JSON has none.
     """
-    named = {each.name: {"units": each.units, "long_name": each.meaning} for each in columns}
-    values = zip(*([_json(value) for value in each.values] for each in columns), strict=True)
-    rows = ",\n".join(json.dumps(dict(zip(named, row, strict=True)), ensure_ascii=False) for row in values)
-    head = json.dumps({"title": title, "variables": named}, ensure_ascii=False)
+    variables = {column.name: {"units": column.units, "long_name": column.meaning} for column in columns}
+    values = zip(*(map(_json, column.values) for column in columns), strict=True)
+    objects = (dict(zip(variables, row, strict=True)) for row in values)
+    rows = ",\n".join(json.dumps(row, ensure_ascii=False) for row in objects)
+    head = json.dumps({"title": title, "variables": variables}, ensure_ascii=False)
     return f'{head[:-1]},\n"rows": [\n{rows}\n]}}\n'
+
+
+def _title(column: Column) -> str:
+    """Name of a column with its unit, if it has one."""
+    return column.name if column.units in ("", "1") else f"{column.name} [{column.units}]"
 
 
 def _cell(value: Any) -> Any:
@@ -108,15 +113,18 @@ def sizes_in_si(dataset: xr.Dataset) -> Iterator[str]:
     scales = read_scales(dataset.attrs)
     if scales is None:
         return
-    given = {name: values(dataset, name) for name in parameters_of_a_case()}
-    yield si_line(scales, {}, {name: each for name, each in given.items() if each})
-    if driven := drive_sizes({name: values(dataset, name) for name in drive_parameters()}):
-        yield capitalize_text(f"drive: {', '.join(driven)}")
+    parameters = {name: values(dataset, name) for name in parameters_of_a_case()}
+    yield si_line(scales, {}, {name: sizes for name, sizes in parameters.items() if sizes})
+    sizes_of_drives = drive_sizes({name: values(dataset, name) for name in drive_parameters()})
+    if sizes_of_drives:
+        yield capitalize_text(f"drive: {', '.join(sizes_of_drives)}")
     for name in ("final_displacement_si", "mean_step_si", "surface_stiffness_si"):
         if name in dataset and bool(dataset[name].notnull().any()):
-            found = dataset[name]
-            ends = (compact(float(end), readable(found.attrs["units"])) for end in (found.min(), found.max()))
-            yield f"{capitalize_text(found.attrs['long_name'])}: {' to '.join(dict.fromkeys(ends))}"
+            sizes = dataset[name]
+            unit = readable(sizes.attrs["units"])
+            least, most = compact(float(sizes.min()), unit), compact(float(sizes.max()), unit)
+            meaning = capitalize_text(sizes.attrs["long_name"])
+            yield f"{meaning}: {least}" if least == most else f"{meaning}: {least} to {most}"
 
 
 def missing_groups(dataset: xr.Dataset) -> Iterator[str]:
@@ -151,20 +159,22 @@ class PageFigure(NamedTuple):
 def picture(view: View) -> PageFigure:
     """Draw a view for a page."""
     figure = view.draw()
-    drawn = theme_svg(image(figure, "svg").decode())
+    svg = theme_svg(image(figure, "svg").decode())
+    source = address(svg, "image/svg+xml")
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     data = address(format_csv(view.columns()), "text/csv")
-    return PageFigure(view.name, view.caption, address(drawn, "image/svg+xml"), width, height, data)
+    return PageFigure(view.name, view.caption, source, width, height, data)
 
 
 def theme_svg(svg: str) -> str:
     """An SVG whose lines, text and background follow `prefers-color-scheme`."""
-    lines = ((light, f"c{number}", dark) for number, (light, dark) in enumerate(zip(COLORS, DARK, strict=True)))
-    names = [*_INK, *lines]
-    for light, name, _ in names:
+    pairs = zip(COLORS, DARK, strict=True)
+    lines = ((light, f"c{number}", dark) for number, (light, dark) in enumerate(pairs))
+    colors = [*_INK, *lines]
+    for light, name, _ in colors:
         svg = re.sub(rf"((?:fill|stroke): ?){light}", rf"\1var(--{name})", svg)
-    lights = "".join(f"--{name}:{light};" for light, name, _ in names)
-    darks = "".join(f"--{name}:{dark};" for _, name, dark in names)
+    lights = "".join(f"--{name}:{light};" for light, name, _ in colors)
+    darks = "".join(f"--{name}:{dark};" for _, name, dark in colors)
     style = f"svg{{{lights}fill:var(--ink)}}@media(prefers-color-scheme:dark){{svg{{{darks}}}}}"
     style += "#patch_1 path{fill:none!important}"  # the page's own background
     head, _, rest = svg[svg.index("<svg") :].partition(">")
@@ -216,35 +226,47 @@ def write_page(dataset: xr.Dataset, out: Path, answer: str = "") -> Path:
 
 def page(dataset: xr.Dataset, journal: Sequence[RunRecord], answer: str = "") -> str:
     """The page as HTML. journal: the runs that computed its results, as far as they are known. answer: its first sentence."""
-    loader, strict = jinja2.PackageLoader("nanoslip.study.report"), jinja2.StrictUndefined
+    candidates = (section(dataset, sort) for sort in (SENSITIVITY, *SORTS.values()))
+    sections = list(filter(None, candidates))
+    titles = [section.title for section in sections]
+    cases = summary.scalar_table(dataset, scales=read_scales(dataset.attrs))
+    table, alike = summary.factor_out_columns(cases)
+    facts = {
+        "Cost": [cost(journal)],
+        "In SI": list(sizes_in_si(dataset)),
+        "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
+    }
+    contents = {
+        "title": dataset.attrs["title"],
+        "answer": answer,
+        "titles": (*titles, "Cases", "About these numbers", "Campaign", "Provenance"),
+        "long": LONG,
+        "manifest": dataset.attrs.get("manifest", ""),
+        "attributes": {name: value for name, value in dataset.attrs.items() if name not in _ELSEWHERE},
+        "endings": summary.endings(dataset),
+        "failures": summary.failure_summary(dataset).values(),
+        "drives": summary.drive_summary(dataset),
+        "flags": summary.cautions(dataset),
+        "facts": facts,
+        "sections": place_sections(sections),
+        "table": table,
+        "alike": [*alike, *filter(None, [variables.explain_means(dataset)])],
+    }
+    return _template().render(contents)
+
+
+def _template() -> jinja2.Template:
+    """The template of a page: text is escaped, and a name that it does not know is an error."""
     environment = jinja2.Environment(
-        loader=loader, autoescape=True, undefined=strict, trim_blocks=True, lstrip_blocks=True
+        loader=jinja2.PackageLoader("nanoslip.study.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
-    environment.filters |= {"lowered": lower_subscripts, "slug": lambda title: title.lower().replace(" ", "-")}
-    drawn = SENSITIVITY, *SORTS.values()
-    sections = tuple(found for sort in drawn if (found := section(dataset, sort)))
-    table, alike = summary.factor_out_columns(summary.scalar_table(dataset, scales=read_scales(dataset.attrs)))
-    titles = (*(each.title for each in sections), "Cases", "About these numbers")
-    return environment.get_template("report.html.j2").render(
-        title=dataset.attrs["title"],
-        answer=answer,
-        titles=(*titles, "Campaign", "Provenance"),
-        long=LONG,
-        manifest=dataset.attrs.get("manifest", ""),
-        attributes={name: value for name, value in dataset.attrs.items() if name not in _ELSEWHERE},
-        endings=summary.endings(dataset),
-        failures=summary.failure_summary(dataset).values(),
-        drives=summary.drive_summary(dataset),
-        flags=summary.cautions(dataset),
-        facts={
-            "Cost": [cost(journal)],
-            "In SI": list(sizes_in_si(dataset)),
-            "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
-        },
-        sections=place_sections(sections),
-        table=table,
-        alike=[*alike, *filter(None, [variables.explain_means(dataset)])],
-    )
+    environment.filters["lowered"] = lower_subscripts
+    environment.filters["slug"] = lambda title: title.lower().replace(" ", "-")
+    return environment.get_template("report.html.j2")
 
 
 def lower_subscripts(text: str) -> Markup:
@@ -254,16 +276,18 @@ def lower_subscripts(text: str) -> Markup:
 
 def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
     """The figures of a sort, and notes on omitted figures; None if a dataset has neither."""
-    seen = list(sort.of(dataset))
-    if not seen:
+    contents = list(sort.of(dataset))
+    if not contents:
         return None
-    pictures = tuple(picture(each) for each in seen if isinstance(each, View))
-    return Section(sort.title, pictures, tuple(each for each in seen if isinstance(each, str)))
+    pictures = tuple(picture(view) for view in contents if isinstance(view, View))
+    notes = tuple(sentence for sentence in contents if isinstance(sentence, str))
+    return Section(sort.title, pictures, notes)
 
 
 def _not_shown(dataset: xr.Dataset, sections: Sequence[Section], rows: int) -> Iterator[str]:
     yield from missing_groups(dataset)
     if rows > summary.MOST_ROWS:
         yield f"Table: the first {summary.MOST_ROWS} cases; the dataset has all."
-    if any(picture.name.startswith(_THINNED) for section in sections for picture in section.pictures):
+    names = (figure.name for section in sections for figure in section.pictures)
+    if any(name.startswith(_THINNED) for name in names):
         yield "Lines of many points are thinned to what can be seen, in figures and their CSV."

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -19,9 +19,8 @@ from nanoslip.solver.dynamics.coefficients import INERTIAL
 from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.load_path import Loops
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import SHARED_ERROR, quantities
-from nanoslip.solver.sliding.record import SPACINGS
-from nanoslip.solver.sliding.validity import Flag, decode_flags, flag_advice
+from nanoslip.solver.parameter import quantities
+from nanoslip.solver.sliding.validity import decode_flags
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import read_run
@@ -71,15 +70,22 @@ def factor_out_columns(table: Table) -> tuple[Table, list[str]]:
     last = len(table.header) - 1
     columns = list(zip(*table.rows, strict=True))
     alike = [place for place in range(table.labels, last) if len(set(columns[place])) == 1]
-    known = [f"{table.header[place]} = {columns[place][0]}" for place in alike if columns[place][0] != NOTHING]
-    unknown = [table.header[place] for place in alike if columns[place][0] == NOTHING]
     kept = [place for place in range(last + 1) if place not in alike]
     asked = sum(table.labels <= place < table.labels + table.asked for place in kept)
-    rows = tuple(tuple(row[place] for place in kept) for row in table.rows)
-    sentences = [f"In all rows: {', '.join(known)}."] if known else []
+    header = tuple(table.header[place] for place in kept)
+    rows = tuple(zip(*(columns[place] for place in kept), strict=True))
+    cells = [(table.header[place], columns[place][0]) for place in alike]
+    return replace(table, header=header, rows=rows, asked=asked), list(_cell_sentences(cells))
+
+
+def _cell_sentences(cells: Sequence[tuple[str, str]]) -> Iterator[str]:
+    """Sentences with the titles of columns and the cell that all of their rows have."""
+    known = [f"{title} = {cell}" for title, cell in cells if cell != NOTHING]
+    if known:
+        yield f"In all rows: {', '.join(known)}."
+    unknown = [title for title, cell in cells if cell == NOTHING]
     if unknown:
-        sentences.append(f"Not known in any row: {', '.join(unknown)}.")
-    return replace(table, header=tuple(table.header[place] for place in kept), rows=rows, asked=asked), sentences
+        yield f"Not known in any row: {', '.join(unknown)}."
 
 
 # Every number that is known of one case, with its uncertainty, unit and meaning; and the names of those that are not.
@@ -89,12 +95,10 @@ UNCERTAINTY: Final = "_uncertainty"
 CRITICAL: Final = "critical_velocity"
 """Variable with the velocity of the stage above which the pin no longer sticks."""
 _SAID_APART: Final = {
-    *(each.name for ended in variables.OUTCOMES.values() for each in (ended.ending, ended.message, ended.cause)),
+    *(variable.name for outcome in variables.OUTCOMES.values() for variable in outcome),
     *variables.run_names(),
     variables.VALIDITY.name,
     "advice",
-    "computed_by",
-    "drive_computed_by",
 }
 """Variables that are no numbers of the case, or appear in its line."""
 
@@ -111,16 +115,25 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
             continue
         if name.endswith((UNCERTAINTY, "members", "_si")):
             continue  # ±, count of members and size in SI are shown with their variable
-        if (value := _text(case, name, 6)) == NOTHING:
+        value = _text(case, name, 6)
+        if value == NOTHING:
             others.setdefault("not known here", []).append(name)
         elif value in ("0", "0 ± ?"):
             others.setdefault("0 here", []).append(name)
         else:
-            meaning, unit = _meaning_and_unit(case[name])
-            beside = [_in_si(case, name, unit), *(_critical_condition(case) if name == CRITICAL else ())]
-            meaning += f" ({known})" if (known := "; ".join(filter(None, beside))) else ""
-            rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
+            rows.append(_number_row(case, name, value))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), others
+
+
+def _number_row(case: xr.Dataset, name: str, value: str) -> tuple[str, str, str]:
+    """Name, value with its unit, and meaning of a number; in brackets its size in SI and what else it holds for."""
+    meaning, unit = _meaning_and_unit(case[name])
+    remarks = [_si_size(case, name, unit)]
+    if name == CRITICAL:
+        remarks += _critical_condition(case)
+    beside = "; ".join(filter(None, remarks))
+    cell = f"{value} {unit}".rstrip() + variables.fewer(case, name)
+    return name, cell, f"{meaning} ({beside})" if beside else meaning
 
 
 def ending_lines(case: xr.Dataset, brief: bool = False) -> Iterator[str]:
@@ -131,9 +144,10 @@ def ending_lines(case: xr.Dataset, brief: bool = False) -> Iterator[str]:
     for label, (ended, why) in _endings(case).items():
         if label == "drive" and ended == COMPLETED and CRITICAL in case:
             continue  # its message is about numbers of this one drive, which were not asked for
-        if not brief or (why and ended not in _failed_outcomes(case)):
+        if not brief or (why and ended not in _failures(case)):
             yield ": ".join(filter(None, (label, ended, why)))
-    if "advice" in case and (advice := str(case["advice"].item())):
+    advice = str(case["advice"].item()) if "advice" in case else ""
+    if advice:
         yield f"advice: {advice}"
     yield from filter(None, [variables.explain_means(case)])
 
@@ -149,7 +163,7 @@ def answer(case: xr.Dataset) -> str:
 def answer_numbers(case: xr.Dataset) -> str:
     """A case's friction, regime and plateau in a line; for a contact its half-width, for loops their loss and
     stroke."""
-    numbers = [f"{_size(case, name)}{SHOWN[name]} {value}" for name, value in answered(case).items()]
+    numbers = [f"{_size(case, name)}{SHOWN[name]} {value}" for name, value in answer_values(case).items()]
     if "cycle_stroke" in case and math.isfinite(case["cycle_stroke"].item()):
         numbers.append(_stroke_words(case))
     return ", ".join(numbers)
@@ -173,44 +187,52 @@ def _stroke_words(case: xr.Dataset) -> str:
 
 def failure_lines(case: xr.Dataset) -> Iterator[str]:
     """Outcomes that leave a case without its answer, with what to do."""
-    return (": ".join(filter(None, each)) for each in _failed_outcomes(case).items())
+    return (": ".join(filter(None, failure)) for failure in _failures(case).items())
 
 
 def _endings(case: xr.Dataset) -> dict[str, tuple[str, str]]:
     """Outcome and message of a case, and of its drive if it has one: `outcome` and `drive` -> both."""
-    pairs = {"outcome": variables.OUTCOMES[""], "drive": variables.OUTCOMES["drive"]}
-    there = {label: pair for label, pair in pairs.items() if pair[0].name in case and not case[pair[0].name].dims}
-    return {label: (str(case[a.name].item()), str(case[b.name].item())) for label, (a, b, *_) in there.items()}
+    endings = {}
+    for label, run in (("outcome", ""), ("drive", "drive")):
+        outcome = variables.OUTCOMES[run]
+        if outcome.ending.name in case and not case[outcome.ending.name].dims:
+            message = str(case[outcome.message.name].item())
+            endings[label] = (str(case[outcome.ending.name].item()), message)
+    return endings
 
 
-def _failed_outcomes(case: xr.Dataset) -> dict[str, str]:
+def _failures(case: xr.Dataset) -> dict[str, str]:
     """Outcomes that leave a case without its answer, with their messages."""
-    good = {COMPLETED, *([Ending.NO_SLIP.value] if "regime" in answered(case) else [])}
+    good = {COMPLETED}
+    if "regime" in answer_values(case):
+        good.add(Ending.NO_SLIP.value)
     return {ended: why for ended, why in reversed(_endings(case).values()) if ended not in good}
 
 
 def _size(case: xr.Dataset, name: str) -> str:
     """Meaning and size in SI of a number, for before its value: `half-width of the contact 958.7 ± 1.1 μm, `."""
     meaning, unit = _meaning_and_unit(case[name])
-    si = _in_si(case, name, unit, case.get(f"{name}{UNCERTAINTY}"))
+    si = _si_size(case, name, unit, case.get(f"{name}{UNCERTAINTY}"))
     return f"{meaning} {si}, " if si else ""
 
 
 def with_meaning(case: xr.Dataset, name: str) -> str:
     """A number with its meaning, in SI if its dataset has scales: `F over the contact area 0.41 ± 0.01 MPa`."""
     meaning, unit = _meaning_and_unit(case[name])
-    si = _in_si(case, name, unit, case.get(f"{name}{UNCERTAINTY}"))
+    si = _si_size(case, name, unit, case.get(f"{name}{UNCERTAINTY}"))
     return f"{meaning} {si or f'{_text(case, name, 4)} {unit}'}"
 
 
-def answered(case: xr.Dataset) -> dict[str, str]:
+def answer_values(case: xr.Dataset) -> dict[str, str]:
     """Variables that answer for one case, and their values as text, the first one first."""
     names = [name for name in _ANSWER if name in case and not case[name].dims]
-    names = names or [name for name in ("loss_per_cycle", "contact_half_width") if name in case][:1]
-    there = {name: value for name in names if (value := _text(case, name, 4)) != NOTHING}
-    if "kinetic_friction" in there:
-        there.pop("plateau_mean", None)  # which is the same
-    return there
+    if not names:
+        names = [name for name in ("loss_per_cycle", "contact_half_width") if name in case][:1]
+    texts = {name: _text(case, name, 4) for name in names}
+    values = {name: text for name, text in texts.items() if text != NOTHING}
+    if "kinetic_friction" in values:
+        values.pop("plateau_mean", None)  # which is the same
+    return values
 
 
 def _text(values: xr.Dataset, name: str, digits: int) -> str:
@@ -219,11 +241,13 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
     if value in ("", NOTHING) or value != value:  # noqa: PLR0124  NaN is not
         return _not_found(values, name)
     if error in values:
-        return with_error(value, float(values[error])) + (_two_parts(values) if name == "static_friction" else "")
+        parts = _two_parts(values) if name == "static_friction" else ""
+        return with_error(value, float(values[error])) + parts
     if isinstance(value, str | bool):
         return format_words(case_rows(values, name).tallies(name)[0])
     if name in variables.counts() and value != round(value):
-        return format_number(round(value, 0 if abs(value) >= FEW_COUNTED else 1), digits)
+        decimals = 0 if abs(value) >= FEW_COUNTED else 1
+        return format_number(round(value, decimals), digits)
     return format_number(value, digits)
 
 
@@ -237,7 +261,8 @@ def _not_found(values: xr.Dataset, name: str) -> str:
 
 def _searches(values: xr.Dataset, name: str) -> Iterator[tuple[str, int]]:
     """Results of the search for a critical velocity, in words, and how many starts have each; none of other numbers."""
-    if (search := f"{name}_search") in values:
+    search = f"{name}_search"
+    if search in values:
         for word, count in case_rows(values, search).tallies(search)[0].items():
             yield word.replace("_", " "), count
 
@@ -252,16 +277,18 @@ def _critical_condition(case: xr.Dataset) -> Iterator[str]:
 def start_range(case: xr.Dataset, name: str) -> Iterator[str]:
     """Range of a critical velocity over single starts, as a single machine would show it, and the reason if starts
     have none."""
-    found = Counter({word: count for word, count in _searches(case, name) if word != "found"})
+    failures = Counter({word: count for word, count in _searches(case, name) if word != "found"})
     if "drive_ensemble" in read_groups(case):
         starts = read_run(case, "drive_ensemble", {})[0]
-        values, failed = starts[name].values, np.isnan(starts["time_stuck"].values)
-        found.update(list(Ending)[code].value for code in starts["member_outcome"].values[np.isnan(values) & failed])
+        values = starts[name].values
+        failed = np.isnan(values) & np.isnan(starts["time_stuck"].values)
+        endings = list(Ending)
+        failures.update(endings[code].value for code in starts["member_outcome"].values[failed])
         if np.isfinite(values).any():
             unit = as_written(variables.variables_by_name()[name].units)
-            low, high = (compact(extreme(values), unit) for extreme in (np.nanmin, np.nanmax))
+            low, high = compact(np.nanmin(values), unit), compact(np.nanmax(values), unit)
             yield f"single starts: {low} to {high}"
-    yield from (f"{count} {word}" for word, count in found.items())
+    yield from (f"{count} {word}" for word, count in failures.items())
 
 
 def _inertial(values: xr.Dataset) -> xr.DataArray:
@@ -278,29 +305,35 @@ def _two_parts(values: xr.Dataset) -> str:
     return f" ({values['static_friction'].item() - excess:.3g} + {excess:.3g})"
 
 
-def _in_si(case: xr.Dataset, name: str, unit: str, error: xr.DataArray | None = None) -> str:
+def _si_size(case: xr.Dataset, name: str, unit: str, error: xr.DataArray | None = None) -> str:
     """Size in SI of a number in units of the scales, as `269.8 μm`, and perhaps its ±; empty without scales."""
     scales = read_scales(case.attrs)
     if scales is None:
         return ""
     load = case["normal_load"].item() * case.get("contacts", 1) * scales.force
-    in_si = {
+    area = scales.slab_width * scales.slab_depth
+    units = {
         "L_x": (scales.slab_width, "m"),
         "G·L_y": (scales.stiffness, "N/m"),
         "W·L_x": (load * scales.slab_width, "J"),
-        "W/(L_x·L_y)": (load / (scales.slab_width * scales.slab_depth), "Pa"),
+        "W/(L_x·L_y)": (load / area, "Pa"),
     }
-    if unit not in in_si:
+    if unit not in units:
         return ""
-    size, si = in_si[unit]
-    return compact(case[name].item() * float(size), si, None if error is None else error.item() * float(size))
+    scale, si = units[unit]
+    size = case[name].item() * float(scale)
+    size_error = None if error is None else error.item() * float(scale)
+    return compact(size, si, size_error)
 
 
-def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:
+def _meaning_and_unit(number: xr.DataArray) -> tuple[str, str]:
     """Meaning and unit of a number as it is declared, else as the dataset states them."""
-    if known := variables.variables_by_name().get(str(each.name)):
-        return known.meaning, known.measure or readable(known.units)
-    return str(each.attrs.get("long_name", each.name)), readable(str(each.attrs.get("units", "1")))
+    variable = variables.variables_by_name().get(str(number.name))
+    if variable:
+        return variable.meaning, variable.measure or readable(variable.units)
+    meaning = number.attrs.get("long_name", number.name)
+    unit = number.attrs.get("units", "1")
+    return str(meaning), readable(str(unit))
 
 
 MOST_ROWS: Final = 500
@@ -319,8 +352,8 @@ def each_case(rows: CaseRows, most: int) -> list[xr.Dataset]:
     endings = (ending.name for ending, *_ in variables.OUTCOMES.values() if ending.name in rows.root)
     waiting = np.any([rows.values(name) == PENDING for name in endings], axis=0)
     shown = np.sort(np.argsort(waiting, kind="stable")[:most])
-    own = [name for name in rows.root.data_vars if rows.has(str(name))]
-    return list(replace(rows, root=rows.root[own].load()).at(shown))
+    scalars = [name for name in rows.root.data_vars if rows.has(str(name))]
+    return list(replace(rows, root=rows.root[scalars].load()).at(shown))
 
 
 def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, scales: Scales | None = None) -> Table:
@@ -328,29 +361,16 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
 
     why: behind an outcome its message, too. scales: to have lengths and loads of the axes in SI beside them.
     """
-    asked = [name for name in (*main_numbers(dataset), "regime") if name in dataset]
-    if "static_friction" in asked and "plateau_mean" in dataset and bool(dataset["static_friction"].isnull().any()):
-        asked = list(dict.fromkeys((*asked, "plateau_mean")))  # the friction of a pin that never slips
-    there = (name for name in (*asked, *SHOWN) if name in dataset and not _has_no_cycles(dataset, name))
-    columns = {name: SHOWN.get(name, symbol(name)) for name in there}
-    numbers = {
-        *columns,
-        *(f"{name}{end}" for name in columns for end in (UNCERTAINTY, "_members")),
-        *(count for name in columns for count in variables.words_counted().get(name, {}).values()),
-        "static_friction_excess",
-        variables.MEMBERS.name,
-        variables.DRIVE_MEMBERS.name,
-        variables.VALIDITY.name,
-    }
-    # Of millions of cases other numbers stay in their file; texts are there.
-    dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
+    asked = _answer_columns(dataset)
+    names = [name for name in (*asked, *SHOWN) if name in dataset and not _has_no_cycles(dataset, name)]
+    columns = {name: SHOWN.get(name, symbol(name)) for name in names}
+    dataset = _select_shown(dataset, columns)
     all_rows = case_rows(dataset)
     varying = _varying(all_rows)
     labels = [symbol_with_unit(_name(name), name) for name in varying]
     # A punch is given its own half-width.
     titles = [f"{title} of contact" if title in labels else title for title in columns.values()]
-    masks = dataset[variables.VALIDITY.name].values if variables.VALIDITY.name in dataset else np.zeros(1, np.int32)
-    flagged = bool((masks != masks.flat[0]).any()) or (masks.size == 1 and bool(masks.any()))  # in all rows: said below
+    flagged = _has_flags_in_rows(dataset)
     header = (*labels, *titles, "outcome [flag]" if flagged else "outcome")
     rows: list[tuple[str, ...]] = []
     failed = set()
@@ -358,12 +378,43 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
         ending, flags, message = _ending(case)
         if ending not in _UNHURT and bool(_has_missing_number(case)) and not _has_regime_answer(case).item():
             failed.add(len(rows))
-        told = f"{ending}{flags if flagged else ''}{message if why else ''}"
-        cells = (_text(case, name, 5) + variables.fewer(case, name) for name in columns)
-        rows.append((*(with_size(name, case[name].item(), scales) for name in varying), *cells, told))
-    if more := len(all_rows) - len(rows):
-        rows.append((*("…" for _ in header[1:]), f"{more} more"))
+        outcome = f"{ending}{flags if flagged else ''}{message if why else ''}"
+        parameters = [with_size(name, case[name].item(), scales) for name in varying]
+        numbers = [_text(case, name, 5) + variables.fewer(case, name) for name in columns]
+        rows.append((*parameters, *numbers, outcome))
+    more = len(all_rows) - len(rows)
+    if more:
+        rows.append((*["…"] * (len(header) - 1), f"{more} more"))
     return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
+
+
+def _answer_columns(dataset: xr.Dataset) -> list[str]:
+    """Columns of a table that a campaign requests: its main numbers and the regime of its drives."""
+    names = [name for name in (*main_numbers(dataset), "regime") if name in dataset]
+    if "static_friction" not in names or "plateau_mean" not in dataset or "plateau_mean" in names:
+        return names
+    # A pin that never slips has the friction of the plateau.
+    never_slips = bool(dataset["static_friction"].isnull().any())
+    return [*names, "plateau_mean"] if never_slips else names
+
+
+def _select_shown(dataset: xr.Dataset, columns: Collection[str]) -> xr.Dataset:
+    """The variables that a table with these columns needs: of millions of cases, other numbers stay in their file."""
+    names = {"static_friction_excess", variables.VALIDITY.name, *columns}
+    names |= {variables.MEMBERS.name, variables.DRIVE_MEMBERS.name}
+    for column in columns:
+        names |= {f"{column}{UNCERTAINTY}", f"{column}_members"}
+        names.update(variables.words_counted().get(column, {}).values())
+    shown = [name for name, values in dataset.data_vars.items() if name in names or are_texts(values.variable)]
+    return dataset[shown]
+
+
+def _has_flags_in_rows(dataset: xr.Dataset) -> bool:
+    """True if validity flags differ between cases, or a single case has one: one that all cases have is named below."""
+    if variables.VALIDITY.name not in dataset:
+        return False
+    masks = dataset[variables.VALIDITY.name].values
+    return bool(masks.any()) if masks.size == 1 else bool((masks != masks.flat[0]).any())
 
 
 def _has_no_cycles(dataset: xr.Dataset, name: str) -> bool:
@@ -389,8 +440,9 @@ def _has_missing_number(dataset: xr.Dataset) -> xr.DataArray:
     names = _target(dataset)[1]
     if not names and {"max_slips", "static_friction"} <= set(dataset.variables):
         return dataset["static_friction"].isnull() | dataset["max_slips"].isnull()
-    missing = [dataset[name].isnull() for name in names if name in dataset]
-    return xr.DataArray(True) if len(missing) < max(len(names), 1) else functools.reduce(operator.or_, missing)
+    if not names or any(name not in dataset for name in names):
+        return xr.DataArray(True)
+    return _missing_mask(dataset, names)
 
 
 def _has_regime_answer(dataset: xr.Dataset) -> xr.DataArray:
@@ -418,7 +470,11 @@ def _target(dataset: xr.Dataset) -> tuple[float, tuple[str, ...]]:
     document = from_toml(dataset.attrs.get("manifest", ""))
     if "target" not in document:
         return math.nan, ()
-    last: Stage = "dynamics" if "drive_outcome" in dataset else "slip" if "plateau_mean" in dataset else "contact"
+    last: Stage = "contact"
+    if "drive_outcome" in dataset:
+        last = "dynamics"
+    elif "plateau_mean" in dataset:
+        last = "slip"
     target = TargetTable(**document["target"])
     return target.within, target.variables(last)
 
@@ -426,73 +482,91 @@ def _target(dataset: xr.Dataset) -> tuple[float, tuple[str, ...]]:
 def short_summary(dataset: xr.Dataset) -> list[str]:
     """A line for each number that misses its target, or has no mean, in some complete cases."""
     enough, names = _target(dataset)
-    lines = list[str]()
-
-    def line(found: xr.DataArray, end: str) -> None:
-        if len(short := np.flatnonzero(found.values)):
-            where = _where(case_rows(dataset, name), short.tolist())
-            lines.append(f"{name} is not known within {enough:.2g}: {where}; {end}")
-
+    lines = []
     for name in names:
-        if {name, f"{name}_uncertainty"} <= set(dataset.data_vars):
-            mean = dataset[name]
-            known = 2.0 * abs(dataset[f"{name}_uncertainty"] / mean)
-            if _LEFT_OUT_ERROR.name in dataset and set(dataset[_LEFT_OUT_ERROR.name].dims) <= set(known.dims):
-                known = known + dataset[_LEFT_OUT_ERROR.name]
-            line(known > enough, f"the worst to {float(known.max()):.1%}; raise target.most, or limits.presliding")
-            endings = (dataset[each.name] for each, *_ in variables.OUTCOMES.values() if each.name in dataset)
-            for ending in [each for each in endings if set(each.dims) <= set(mean.dims)][-1:]:
-                line(known.isnull() & (ending == COMPLETED), "members lack a value, or do not differ")
+        if not {name, f"{name}_uncertainty"} <= set(dataset.data_vars):
+            continue
+        for short, remark in _shortfalls(dataset, name, enough):
+            positions = np.flatnonzero(short.values).tolist()
+            if positions:
+                where = _where(case_rows(dataset, name), positions)
+                lines.append(f"{name} is not known within {enough:.2g}: {where}; {remark}")
     return lines
+
+
+def _shortfalls(dataset: xr.Dataset, name: str, enough: float) -> Iterator[tuple[xr.DataArray, str]]:
+    """Masks of the cases in which a number misses its target, or has no mean, and a remark on each mask."""
+    mean = dataset[name]
+    width = 2.0 * abs(dataset[f"{name}_uncertainty"] / mean)
+    if LEFT_OUT_ERROR.name in dataset and set(dataset[LEFT_OUT_ERROR.name].dims) <= set(width.dims):
+        width = width + dataset[LEFT_OUT_ERROR.name]
+    worst = float(width.max())
+    yield width > enough, f"the worst to {worst:.1%}; raise target.most, or limits.presliding"
+    endings = [dataset[ending.name] for ending, *_ in variables.OUTCOMES.values() if ending.name in dataset]
+    endings = [ending for ending in endings if set(ending.dims) <= set(mean.dims)]
+    if endings:
+        yield width.isnull() & (endings[-1] == COMPLETED), "members lack a value, or do not differ"
 
 
 def omission_summary(dataset: xr.Dataset) -> list[str]:
     """A line for each effect that was left out of most members of a drive, with the number of drives and the largest
     change."""
-    if _LEFT_OUT.name not in dataset:
+    if LEFT_OUT.name not in dataset:
         return []
-    texts, errors = (np.ravel(dataset[each.name].values) for each in (_LEFT_OUT, _LEFT_OUT_ERROR))
-    return [
-        f"left out: {word.replace('_', ' ')} in {(texts == word).sum()} of {texts.size} drives; the numbers asked for change by "
-        f"{errors[texts == word].max():.2%} at most, what else depends on it is not known"
-        for word in _LEFT_OUT.words[1:]
-        if (texts == word).any()
-    ]
+    effects = np.ravel(dataset[LEFT_OUT.name].values)
+    errors = np.ravel(dataset[LEFT_OUT_ERROR.name].values)
+    lines = []
+    for word in LEFT_OUT.words[1:]:
+        without = effects == word
+        if without.any():
+            count = f"{without.sum()} of {effects.size} drives"
+            change = f"the numbers asked for change by {errors[without].max():.2%} at most"
+            effect = word.replace("_", " ")
+            lines.append(f"left out: {effect} in {count}; {change}, what else depends on it is not known")
+    return lines
 
 
-def _alike(rows: CaseRows, run: str) -> list[tuple[str, str, list[int]]]:
+def _ending_groups(rows: CaseRows, run: str) -> list[tuple[str, str, list[int]]]:
     """Outcome, cause and positions of cases, or drives, that ended alike by themselves; the most frequent first.
 
     Messages with the same cause count as the same. Drives that ended as their case did are left out.
     """
-    endings, before = (rows.values(variables.OUTCOMES[each].ending.name).tolist() for each in (run, ""))
+    endings = rows.values(variables.OUTCOMES[run].ending.name).tolist()
+    case_endings = rows.values(variables.OUTCOMES[""].ending.name).tolist()
     groups: dict[tuple[str, str], list[int]] = {}
-    both = zip(endings, before, _kinds(rows, run), _kinds(rows, ""), strict=True)
-    for number, (ending, ended, kind, cause) in enumerate(both):
-        same = kind != "" and kind == cause
-        if not run or not (same or (ending == ended and ended not in _UNHURT)):
+    pairs = zip(endings, case_endings, _kinds(rows, run), _kinds(rows, ""), strict=True)
+    for number, (ending, case_ending, kind, case_kind) in enumerate(pairs):
+        same_cause = kind != "" and kind == case_kind
+        same_failure = ending == case_ending and case_ending not in _UNHURT
+        if not run or not (same_cause or same_failure):
             groups.setdefault((ending, kind), []).append(number)
-    return sorted(((*key, found) for key, found in groups.items()), key=lambda each: -len(each[2]))
+    listed = [(ending, kind, numbers) for (ending, kind), numbers in groups.items()]
+    return sorted(listed, key=lambda group: -len(group[2]))
 
 
 def _kinds(rows: CaseRows, run: str) -> list[str]:
     """Cause of each outcome, or else its message, as in `Outcome.kind`."""
-    cause, message = variables.OUTCOMES[run].cause.name, variables.OUTCOMES[run].message.name
-    messages: list[str] = rows.values(message).tolist()
-    causes = rows.values(cause).tolist() if rows.has(cause) else messages
-    return [one or other for one, other in zip(causes, messages, strict=True)]
+    outcome = variables.OUTCOMES[run]
+    messages: list[str] = rows.values(outcome.message.name).tolist()
+    if not rows.has(outcome.cause.name):
+        return messages
+    causes = rows.values(outcome.cause.name).tolist()
+    return [cause or message for cause, message in zip(causes, messages, strict=True)]
 
 
 def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     """Numbers of cases, then drives by ending, each with True if it is a failure: failures first, the most frequent first."""
     answered = _has_regime_answer(dataset)
-    found = []
+    counts = []
     for kind, (ending, *_) in variables.OUTCOMES.items():
-        words = dataset[ending.name].values.ravel().tolist() if ending.name in dataset else []
-        for word, count in Counter(filter(None, words)).most_common():
-            failed = word != COMPLETED and not bool(answered.where(dataset[ending.name] == word, True).all())
-            found.append((f"{count} {kind or 'case'}{'s' if count > 1 else ''}: {word.replace('_', ' ')}", failed))
-    return sorted(found, key=lambda each: not each[1])
+        if ending.name not in dataset:
+            continue
+        endings = dataset[ending.name]
+        for word, count in Counter(filter(None, endings.values.ravel().tolist())).most_common():
+            failed = word != COMPLETED and not bool(answered.where(endings == word, True).all())
+            plural = "s" if count > 1 else ""
+            counts.append((f"{count} {kind or 'case'}{plural}: {word.replace('_', ' ')}", failed))
+    return sorted(counts, key=lambda line: not line[1])
 
 
 def cautions(dataset: xr.Dataset) -> list[str]:
@@ -508,31 +582,40 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
     asked: True for cases that miss a requested number, False for all other cases. A remark on a completed case, as on a number
     that nobody requested, is no failure.
     """
-    lines, missed = dict[Hashable, str](), _has_missing_number(dataset) & ~_has_regime_answer(dataset)
-    lacking = missed & _without(dataset, main_numbers(dataset))
+    lines: dict[Hashable, str] = {}
+    missed = _has_missing_number(dataset) & ~_has_regime_answer(dataset)
+    lacking = missed & _missing_mask(dataset, main_numbers(dataset))
     for run, (outcome, message, *_) in variables.OUTCOMES.items():
         if outcome.name not in dataset:
             continue
-        outcomes, rows = dataset[outcome.name], case_rows(dataset, outcome.name)
-        hurt, remarked = (_outcome_masks(outcomes, each) for each in (missed, lacking))
+        rows = case_rows(dataset, outcome.name)
+        hurt = _outcome_masks(dataset[outcome.name], missed)
+        remarked = _outcome_masks(dataset[outcome.name], lacking)
         messages = rows.values(message.name).tolist()
-        for ending, kind, found in _alike(rows, run):
+        for ending, kind, alike in _ending_groups(rows, run):
             failed = remarked if ending in _UNHURT else hurt
-            numbers = [number for number in found if failed[number] == asked]
+            numbers = [number for number in alike if failed[number] == asked]
             if numbers and ending and (kind or ending not in _UNHURT):
-                others = "" if len({messages[number] for number in numbers}) == 1 else "; the others differ in numbers"
                 where = _where(rows, numbers, f"{run or 'case'}s")
-                lines[run, ending, kind] = ": ".join(filter(None, (ending, where, messages[numbers[0]] + others)))
+                reason = _first_message([messages[number] for number in numbers])
+                lines[run, ending, kind] = ": ".join(filter(None, (ending, where, reason)))
     return lines
+
+
+def _first_message(messages: Sequence[str]) -> str:
+    """The first of the messages of one cause, and whether the others are not the same."""
+    alike = len(set(messages)) == 1
+    return messages[0] if alike else f"{messages[0]}; the others differ in numbers"
 
 
 def _outcome_masks(outcomes: xr.DataArray, which: xr.DataArray) -> NDArray[np.bool_]:
     """A mask of each outcome, in their order; True of all where it lies along other dimensions."""
-    there = which if set(which.dims) <= set(outcomes.dims) else xr.DataArray(True)
-    return np.asarray(xr.broadcast(there, outcomes)[0].transpose(*outcomes.dims).values.ravel(), np.bool_)
+    mask = which if set(which.dims) <= set(outcomes.dims) else xr.DataArray(True)
+    broad, _ = xr.broadcast(mask, outcomes)
+    return np.asarray(broad.transpose(*outcomes.dims).values.ravel(), np.bool_)
 
 
-def _without(dataset: xr.Dataset, names: Sequence[str]) -> xr.DataArray:
+def _missing_mask(dataset: xr.Dataset, names: Sequence[str]) -> xr.DataArray:
     """True where any of these numbers is missing."""
     missing = [dataset[name].isnull() for name in names if name in dataset]
     return functools.reduce(operator.or_, missing, xr.DataArray(False))
@@ -546,20 +629,27 @@ def _where(rows: CaseRows, numbers: Sequence[int], what: str = "cases") -> str:
 
 def _place(rows: CaseRows, number: int) -> str:
     """Parameters of a row that differ between rows."""
-    return label_text({name: rows.at([number]).values(name).tolist()[0] for name in _varying(rows)})
+    row = rows.at([number])
+    return label_text({name: row.values(name).tolist()[0] for name in _varying(rows)})
 
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
     """Number of drives by outcome and by regime (of most members), nothing of few, as the table shows them; and advice on μ_s."""
-    many = [dataset[name] for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
-    counts = [(each, Counter(filter(None, each.values.ravel().tolist())).most_common()) for each in many]
-    counted = [(each, ", ".join(f"{count} {hyphenate(word)}" for word, count in tally)) for each, tally in counts]
-    found = _inertial(dataset) if "static_friction" in dataset else xr.DataArray(False)
-    inertial = int(found.sum())
-    share = f"inertia and damper add over {INERTIAL:.0%} to the contact's peak, as (peak + addition)"
-    cure = "lower stage_velocity, spring_stiffness or damping_ratio"
-    advice = f"μ_s of {inertial} of {found.size} drives: {share}; {cure}"
-    return [*(f"{each.name} of {each.size} drives: {said}" for each, said in counted if said), *[advice][:inertial]]
+    lines = []
+    for name in ("drive_outcome", "regime"):
+        if name not in dataset or dataset[name].size <= FEW:
+            continue
+        tally = Counter(filter(None, dataset[name].values.ravel().tolist()))
+        counts = ", ".join(f"{count} {hyphenate(word)}" for word, count in tally.most_common())
+        if counts:
+            lines.append(f"{name} of {dataset[name].size} drives: {counts}")
+    inertial = _inertial(dataset) if "static_friction" in dataset else xr.DataArray(False)
+    count = int(inertial.sum())
+    if count:
+        share = f"inertia and damper add over {INERTIAL:.0%} to the contact's peak, as (peak + addition)"
+        cure = "lower stage_velocity, spring_stiffness or damping_ratio"
+        lines.append(f"μ_s of {count} of {inertial.size} drives: {share}; {cure}")
+    return lines
 
 
 def label_text(label: Mapping[str, Value], scales: Scales | None = None) -> str:
@@ -611,13 +701,15 @@ this order, too. The main results come first, as a narrow terminal leaves out th
 _ANSWER: Final = ("static_friction", "kinetic_friction", "regime", "plateau_mean")
 _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
-_LEFT_OUT, _LEFT_OUT_ERROR = quantities(LeftOut).values()
+LEFT_OUT, LEFT_OUT_ERROR = quantities(LeftOut).values()
+"""Variables: the effect that was left out of a case, and what it may change."""
 
 
 def _varying(rows: CaseRows) -> list[str]:
     """The coordinates in which rows differ; of a list of cases alike in all parameters their number."""
-    found = list(rows.differing())
-    return found if CASE not in rows.sizes or set(found) - rows.sizes.keys() else [CASE, *found]
+    names = list(rows.differing())
+    alike = CASE in rows.sizes and set(names) <= rows.sizes.keys()
+    return [CASE, *names] if alike else names
 
 
 def with_size(name: str, value: Value, scales: Scales | None) -> str:
@@ -629,92 +721,7 @@ def with_size(name: str, value: Value, scales: Scales | None) -> str:
 def _ending(values: xr.Dataset) -> tuple[str, str, str]:
     """Outcome of a case and its drive: the first bad outcome, the case's flags in brackets, advice on that outcome."""
     good = (COMPLETED, "")
-    ending, message = next((both for both in _endings(values).values() if both != good), good)
+    ending, message = next((ended for ended in _endings(values).values() if ended != good), good)
     flags = decode_flags(int(values[variables.VALIDITY.name])) if variables.VALIDITY.name in values else ()
-    named = f" [{', '.join(flag.name for flag in flags)}]" if flags else ""
-    return ending, named, f": {message}" if message else ""
-
-
-# Error budget of each requested number (starts, grid, effects left out), and how to reduce it.
-
-
-class Error(NamedTuple):
-    """A part of a number's error, relative to the number, and how to reduce it."""
-
-    source: str
-    share: float
-    """NaN if nothing measures it."""
-    cure: str
-
-
-SHARED: Final = "length of the record"
-"""Part of ± that all starts share."""
-LEAST_RECORD: Final = SPACINGS + 0.1
-"""Node spacings of the shortest record that is advised: as many as show how much a start matters, and a run-in."""
-
-
-def longer_record(case: xr.Dataset) -> str:
-    """Advice to compute a case with a longer record, with the present length and the cost of the longer record."""
-    spans = float(case.get("record_spacings", math.nan))
-    if not (math.isfinite(spans) and spans > 0.0):
-        return "a longer record"
-    longer = max(2.0 * spans, LEAST_RECORD)
-    advice = f"limits.spacings = {longer:.2g}, in about {longer / spans:.2g} times the time"
-    return f"{advice}: the record spans {spans:.2g} of the node spacings with which the surface repeats"
-
-
-def error_parts(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
-    """Parts of the error of a case's number, the largest first, unknown parts last.
-
-    The part that all starts share is unknown where its record is flagged as short, whatever that record itself shows.
-    cost: cost of four times as many members, in words.
-    """
-    value, found = abs(float(case[name])) or math.nan, list[Error]()
-    if (error := f"{name}{UNCERTAINTY}") in case:
-        shared = float(case.get(f"{name}{SHARED_ERROR}", 0.0))
-        own = math.sqrt(max(float(case[error]) ** 2 - shared**2, 0.0)) if math.isfinite(shared) else math.nan
-        four = 4.0 * float(case.get(f"{name}_members", case.get(variables.MEMBERS.name, math.nan)))
-        cure = f"[ensemble] members = {four:g} halves this part{cost and f': {cost}'}"
-        found.append(Error("starts", own / value, cure))
-        short = Flag.short_record in decode_flags(int(case.get(variables.VALIDITY.name, 0)))
-        found.append(Error(SHARED, math.nan if short and shared else shared / value, longer_record(case)))
-    if _LEFT_OUT.name in case and (effect := str(case[_LEFT_OUT.name].item())) != "nothing":
-        share, cure = float(case[_LEFT_OUT_ERROR.name]), "half of target.within halves it"
-        found.append(Error(f"{effect.replace('_', ' ')} left out", share, cure))
-    return sorted((each for each in found if each.share != 0.0), key=by_share)
-
-
-def by_share(part: Error) -> float:
-    """Place of a part among others: the largest first, unknown ones last."""
-    return -part.share if math.isfinite(part.share) else math.inf
-
-
-def error_lines(dataset: xr.Dataset, cost: str = "", most: int = 1, apart: Collection[str] = ()) -> Iterator[str]:
-    """Report, for each requested number of some cases or drives, its value and the main source of its error.
-
-    cost: see `error_parts`. apart: numbers that are reported elsewhere.
-    """
-    rows, asked = case_rows(dataset), (main_numbers(dataset) or ["contact_half_width"])
-    shown = [name for name in asked if name in dataset and dataset[name].dtype.kind == "f" and name not in apart]
-    if len(rows) > most > 1:
-        yield f"{most} of {len(rows)} drives, the first to the last:"
-    for case in each_case(rows, most):
-        place = label_text({dim: case[dim].item() for dim, size in rows.sizes.items() if size > 1})
-        for name in shown:
-            yield _line(case, name, f" ({place})" if place else "", error_parts(case, name, cost))
-    mask = int(dataset[variables.VALIDITY.name].values.flat[0]) if variables.VALIDITY.name in dataset else 0
-    if unresolved := [flag for flag in decode_flags(mask) if flag.unresolved]:
-        yield f"nodes miss part of what these numbers depend on: {flag_advice(unresolved)}"
-
-
-def _line(case: xr.Dataset, name: str, where: str, errors: list[Error]) -> str:
-    value, error = float(case[name]), float(case.get(f"{name}{UNCERTAINTY}", math.nan))
-    if math.isnan(value):
-        return f"{name}{where}: not known"
-    measured = [each for each in errors if math.isfinite(each.share)]
-    if not measured:
-        return f"{name} {value:.3g}{where} {variables.missing_error_reasons(case, [name])}"
-    first, *others = measured
-    beside = "".join(f"; {each.source} {each.share:.1%}" for each in others)
-    largest = f"largest part of its error: {first.source} ({first.share:.1%})"
-    return f"{name} {with_error(value, error)}{where}: {largest}, {first.cure}{beside}"
+    names = ", ".join(flag.name for flag in flags)
+    return ending, f" [{names}]" if flags else "", f": {message}" if message else ""

@@ -11,7 +11,7 @@ import pytest
 from nanoslip.solver.sliding.validity import Flag, decode_flags
 from nanoslip.study import api
 from nanoslip.study.dataset.table import one_case
-from nanoslip.study.report.summary import error_lines, error_parts
+from nanoslip.study.report.budget import error_lines, error_parts
 from nanoslip.study.toml_text import as_toml
 from tests.conftest import Main
 
