@@ -1,6 +1,5 @@
 """The answer of a case in a line: friction with the ± of its starts, and the other main errors."""
 
-import itertools
 import math
 from collections.abc import Collection, Iterator
 from pathlib import Path
@@ -36,11 +35,14 @@ def influences_on_case(
     case: xr.Dataset, manifest: Manifest, of: CampaignCase, out: Path | None, most: float
 ) -> Deciding | None:
     """Influences on a computed case beside its starts; None if its main number is unknown. out, most: see `deciding`."""
-    names = ["critical_velocity", *summary.main_numbers(case), MAIN["slip" in manifest.stages]]
-    for main in names if of.case is not None else ():
-        if main in case and main in numbers_of_tasks() and not case[main].dims and math.isfinite(float(case[main])):
-            drive = _first_drive(case, manifest)
-            return deciding(manifest, of, main, most, out, drive.drive if drive else None, _report_grid_time)
+    if of.case is None:
+        return None
+    for main in ("critical_velocity", *summary.main_numbers(case), MAIN["slip" in manifest.stages]):
+        computed = main in case and main in numbers_of_tasks()
+        if computed and not case[main].dims and math.isfinite(float(case[main])):
+            first = _first_drive(case, manifest)
+            drive = first.drive if first else None
+            return deciding(manifest, of, main, most, out, drive, _report_grid_time)
     return None
 
 
@@ -52,10 +54,12 @@ def _report_grid_time(n_x: int, seconds: float) -> None:
 
 def _first_drive(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
     """The drive of a case of a dataset; of several the first, None without any."""
-    at = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
-    named = ({DRIVE_NAME.name: each.name, **each.point}.items() for each in manifest.drives)
-    here = [all(at.get(key, value) == value for key, value in items) for items in named]
-    return next(itertools.compress(manifest.drives, here), None)
+    coordinates = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
+    for drive in manifest.drives:
+        labels = {DRIVE_NAME.name: drive.name, **drive.point}
+        if all(coordinates.get(name, value) == value for name, value in labels.items()):
+            return drive
+    return None
 
 
 def friction_answer(
@@ -65,23 +69,32 @@ def friction_answer(
 
     given: parameters that its author gave. out: see `deciding`.
     """
-    answer, names = summary.answer_numbers(case), list(summary.answer_values(case))
+    names = list(summary.answer_values(case))
     found = influences_on_case(case, manifest, of, out, SECONDS)
     if found is None:
         return [summary.answer(case)]
-    named = "" if names == [found.variable] else f"{number_name(found.variable)} "
+    number = "" if names == [found.variable] else f"{number_name(found.variable)} "
+    parts = [summary.answer_numbers(case)]
     if "critical_velocity" in case:
-        answer, names = f"{critical_words(case)}; {answer}", [summary.CRITICAL, *names]
-    known = (float(case.get(f"{name}_uncertainty", 0.0)) for name in names)
-    remarks = ["± by starts alone"] if any(0.0 < each < math.inf for each in known) else []
-    remarks += filter(None, [missing_error_reasons(case, names)])
-    by = f" ({'; '.join(remarks)})" if remarks else ""
+        parts.insert(0, critical_words(case))
+        names.insert(0, summary.CRITICAL)
+    parts[-1] += _error_remarks(case, names)
     # F/W alone says nothing of another load, where part of the friction needs no pressure.
     if of.case and of.case.slip_rule.strength > 0.0 and math.isfinite(float(case.get(STRESS, math.nan))):
-        by += f"; {summary.with_meaning(case, STRESS)}"
+        parts.append(summary.with_meaning(case, STRESS))
+    lines = ["; ".join(parts), *summary.failure_lines(case)]
     flags = ", ".join(flag.name for flag in decode_flags(int(case.get(VALIDITY.name, 0))))
-    cautions = [*summary.failure_lines(case), *([f"flagged {flags}"] if flags else [])]
-    return [f"{answer}{by}", *cautions, *deciding_lines(found, named), *_defaults(case, manifest, of, given)]
+    if flags:
+        lines.append(f"flagged {flags}")
+    return [*lines, *deciding_lines(found, number), *_defaults(case, manifest, of, given)]
+
+
+def _error_remarks(case: xr.Dataset, names: Collection[str]) -> str:
+    """What the ± of these numbers comprises, or why they have none, in brackets."""
+    errors = [float(case.get(f"{name}_uncertainty", 0.0)) for name in names]
+    remarks = ["± by starts alone"] if any(0.0 < error < math.inf for error in errors) else []
+    remarks += filter(None, [missing_error_reasons(case, names)])
+    return f" ({'; '.join(remarks)})" if remarks else ""
 
 
 STRESS: Final = "plateau_stress"
@@ -90,11 +103,9 @@ STRESS: Final = "plateau_stress"
 
 def number_name(variable: str) -> str:
     """Title of a number in tables; for a number with a unit, its symbol."""
-    return (
-        summary.SHOWN.get(variable, symbol(variable))
-        if variables_by_name()[variable].units == "1"
-        else symbol(variable)
-    )
+    if variables_by_name()[variable].units != "1":
+        return symbol(variable)
+    return summary.SHOWN.get(variable, symbol(variable))
 
 
 _DECIDE: Final = ("intrinsic_friction", "radius", "normal_load", "n_x")
@@ -106,13 +117,15 @@ def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
     assert of.case is not None
     decide = _DECIDE["slip" not in manifest.stages :]
     values = {name: value for name, value in of.case.flat.items() if name in decide and name not in given}
-    scales, stated = manifest.stated_scales, from_toml(manifest.text).get("scales", {})
+    scales = manifest.stated_scales
     sizes = [summary.label_text(values, scales)] if values else []
+    stated = from_toml(manifest.text).get("scales", {})
     if scales and not {"shear_modulus", YOUNG} & stated.keys():
         sizes.append(f"G = {compact(scales.shear_modulus, 'Pa')}")
-    if (drive := _first_drive(case, manifest)) and drive.drive:
-        unnamed = {name: (value,) for name, value in drive.drive.flat.items() if name not in drive.given}
-        sizes += drive_sizes({name: value for name, value in unnamed.items() if value != (None,)})
+    drive = _first_drive(case, manifest)
+    if drive and drive.drive:
+        defaults = {name: value for name, value in drive.drive.flat.items() if name not in drive.given}
+        sizes += drive_sizes({name: (value,) for name, value in defaults.items() if value is not None})
     if sizes:
         yield f"not given, so by default: {', '.join(sizes)}"
 
@@ -120,16 +133,19 @@ def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
 def critical_words(case: xr.Dataset) -> str:
     """Critical velocity at the drive's stiffness in a sentence, with its ± and the range of its starts; or why there is none."""
     name, spring = summary.CRITICAL, compact(float(case["spring_stiffness"]), "N/m")
-    value, error = (float(case.get(each, math.nan)) for each in (name, f"{name}_uncertainty"))
+    value = float(case.get(name, math.nan))
     if math.isfinite(value):
-        beside = "; ".join((*summary.start_range(case, name), _BELOW))
-        known = f"{compact(value, as_written(variables_by_name()[name].units), error)}{fewer(case, name)} ({beside})"
-        return f"no stick-slip above stage velocity {known} at {spring}"
+        error = float(case.get(f"{name}_uncertainty", math.nan))
+        velocity = compact(value, as_written(variables_by_name()[name].units), error)
+        remarks = "; ".join((*summary.start_range(case, name), _BELOW))
+        return f"no stick-slip above stage velocity {velocity}{fewer(case, name)} ({remarks}) at {spring}"
     search = f"{name}_search"
     tally = case_rows(case, search).tallies(search)[0]
-    of = {word: f" in {count} of {sum(tally.values())} starts" * (len(tally) > 1) for word, count in tally.items()}
-    found = ", ".join(f"{_SEARCH[word]}{of[word]}" for word in tally)
-    return f"no critical velocity at {spring}: {found}"
+    starts = sum(tally.values())
+    results = [f"{_SEARCH[word]} in {count} of {starts} starts" for word, count in tally.items()]
+    if len(tally) == 1:
+        results = [_SEARCH[word] for word in tally]
+    return f"no critical velocity at {spring}: {', '.join(results)}"
 
 
 _BELOW: Final = "below, windows of sliding or micro-slip are possible"
@@ -153,8 +169,8 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:
         return ""
     middle = possible[len(possible) // 2]
     ids = dataset["case_id"]
-    place = dict(zip(ids.dims, np.argwhere(ids.values == middle.case_id)[0].tolist(), strict=True))
-    case = dataset.isel(place).squeeze()
+    places = np.argwhere(ids.values == middle.case_id)
+    case = dataset.isel(dict(zip(ids.dims, places[0].tolist(), strict=True))).squeeze()
     parameters = {name: middle.parameters[name] for name in manifest.axes if name in middle.parameters}
     label = summary.label_text(parameters, manifest.stated_scales)
     where = f"The middle case, {label}" if len(possible) > 1 else "Answer"
@@ -189,8 +205,9 @@ def ranking(
     if found is None:
         return None
     name, value = found.variable, float(case[found.variable])
-    errors = [*budget.error_parts(case, name, cost), *_beside(case, found, value)]
-    rows = [(each.source, _share_text(each.share), each.cure) for each in sorted(errors, key=budget.by_share)]
+    errors = [*budget.error_parts(case, name, cost), *_model_errors(case, found, value)]
+    errors.sort(key=budget.by_share)
+    rows = [(error.source, _share_text(error.share), error.cure) for error in errors]
     if not found.computed:
         rows.append((_SPACING, NOT_MEASURED, "; ".join(map(missing_words, found.spacings))))
     assert of.case is not None
@@ -213,23 +230,31 @@ def _percent(share: float, error: float) -> str:
     return f"{100.0 * share:.1f} ± {known} %"
 
 
-def _beside(case: xr.Dataset, found: Deciding, value: float) -> Iterator[budget.Error]:
+def _model_errors(case: xr.Dataset, found: Deciding, value: float) -> Iterator[budget.Error]:
     """Node spacing and drop of a slip as parts of a number's error, where they are known."""
     if found.computed:
-        shares = {each: abs(each.value / value - 1.0) for each in found.computed}
-        own = float(case.get(f"{found.variable}_uncertainty", math.nan))
-        errors = [math.hypot(own, each.error) / abs(value) for each in shares]
-        known = [
-            f"{times(each)} the spacing (n_x = {each.n_x}): {_percent(share, error)}"
-            for (each, share), error in zip(shares.items(), errors, strict=True)
-        ]
-        unknown = [missing_words(each) for each in found.spacings if not each.has_value]
-        cure = "set n_x to the spacing of what slips on your surface"
-        yield budget.Error(_SPACING, max(shares.values()), "; ".join([*known, *unknown, cure]))
+        yield _spacing_error(case, found, value)
     if math.isfinite(found.without_drop):
-        own = value - (float(case.get("static_friction_excess", 0.0)) if found.variable == "static_friction" else 0.0)
+        contact = value
+        if found.variable == "static_friction":
+            contact -= float(case.get("static_friction_excess", 0.0))
+        share = abs(found.without_drop / contact - 1.0)
         cure = "residual_shear from 0 to 1: nanoslip fit finds it from measured friction"
-        yield budget.Error("slips that drop no stress", abs(found.without_drop / own - 1.0), cure)
+        yield budget.Error("slips that drop no stress", share, cure)
     if found.strength > 0.0:
         cure = "measure friction under several loads: F/W that falls with the load is the strength's"
         yield budget.Error("the strength without pressure", found.strength, cure)
+
+
+def _spacing_error(case: xr.Dataset, found: Deciding, value: float) -> budget.Error:
+    """Change of a number by other node spacings, as a part of its error: the largest."""
+    case_error = float(case.get(f"{found.variable}_uncertainty", math.nan))
+    shares, parts = [], []
+    for spacing in found.computed:
+        share = abs(spacing.value / value - 1.0)
+        error = math.hypot(case_error, spacing.error) / abs(value)
+        shares.append(share)
+        parts.append(f"{times(spacing)} the spacing (n_x = {spacing.n_x}): {_percent(share, error)}")
+    parts += [missing_words(spacing) for spacing in found.spacings if not spacing.has_value]
+    parts.append("set n_x to the spacing of what slips on your surface")
+    return budget.Error(_SPACING, max(shares), "; ".join(parts))

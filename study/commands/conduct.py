@@ -6,7 +6,7 @@ from typing import Final
 
 import click
 
-from nanoslip.study.commands.plans import command_text, idle_lines, planned, plural, print_foreign, refusals
+from nanoslip.study.commands.plans import command_text, idle_lines, plan_campaign, plural, print_foreign, refusals
 from nanoslip.study.commands.words import show
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from nanoslip.study.report.console import console, note, print_sentences
@@ -38,7 +38,8 @@ def conduct(farm: Farm, campaign: Path, out: Path, shard: Shard | None, **again:
 
 
 def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict[str, bool]) -> int:
-    plan, into = planned(campaign), shard.folder(out) if shard else out  # what cannot be planned leaves no folder
+    plan = plan_campaign(campaign)  # what cannot be planned leaves no folder
+    into = shard.folder(out) if shard else out
     if shard:
         plan = part(plan, shard)
         if not plan.cases:
@@ -86,12 +87,8 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
         if pending or kept:
             store.prepare()  # sets aside what could not be read
             journal.end(INTERRUPTED)
-            left = (
-                f"{plural(pending, 'outcome')} pending, though nothing was left to do"
-                if pending
-                else "not all is there"
-            )
-            _warn(f"{left}: run again to continue")
+            lacking = f"{plural(pending, 'outcome')} pending, though nothing was left to do"
+            _warn(f"{lacking if pending else 'not all is there'}: run again to continue")
             return INTERRUPTED
         return 0
 

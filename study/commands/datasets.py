@@ -9,7 +9,7 @@ import xarray as xr
 
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import Scales
-from nanoslip.study.commands.plans import command_text, planned
+from nanoslip.study.commands.plans import command_text, plan_campaign
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import (
@@ -80,16 +80,17 @@ def print_written(manifest: Manifest, store: Store) -> bool:
 def _print(dataset: xr.Dataset, path: Path) -> None:
     print_summary(dataset)
     note(whole(f"dataset: {path}"))
-    if mixed := dataset.attrs.get(file.MIXED):
+    mixed = dataset.attrs.get(file.MIXED)
+    if mixed:
         note(f"{mixed} (computed_by says which case is whose)")
 
 
 def print_summary(dataset: xr.Dataset) -> None:
     """Print a dataset's cases, outcomes of its drives with advice, missed targets, and advice of validity flags."""
-    scales = read_scales(dataset.attrs) if any(str(name).endswith("_si") for name in dataset.coords) else None
-    table, alike = summary.factor_out_columns(
-        summary.scalar_table(dataset, why=False, most=summary.MOST_LINES, scales=scales)
-    )
+    has_sizes = any(str(name).endswith("_si") for name in dataset.coords)
+    scales = read_scales(dataset.attrs) if has_sizes else None
+    cases = summary.scalar_table(dataset, why=False, most=summary.MOST_LINES, scales=scales)
+    table, alike = summary.factor_out_columns(cases)
     print_table(table)
     print_sentences([*alike, explain_means(dataset), *summary.drive_summary(dataset)])
     print_sentences(summary.failure_summary(dataset).values(), FAILED)
@@ -110,10 +111,10 @@ def find_dataset(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
         with file.reading(source / file.FILE if source.is_dir() else source) as found:
             yield found
         return
-    plan, into = planned(source), results_folder(source, out)
+    plan, into = plan_campaign(source), results_folder(source, out)
     if (into / file.FILE).is_file():
         with file.reading(into / file.FILE) as found:
-            if is_of(found, plan.manifest):
+            if has_manifest(found, plan.manifest):
                 yield found
                 return
     store = Store(into)
@@ -123,7 +124,7 @@ def find_dataset(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
     yield collect(plan, store)
 
 
-def is_of(dataset: xr.Dataset, manifest: Manifest) -> bool:
+def has_manifest(dataset: xr.Dataset, manifest: Manifest) -> bool:
     """True if a dataset belongs to the campaign file in its present form."""
     return bool(dataset.attrs.get("manifest_sha256") == manifest.sha256)
 
@@ -141,11 +142,12 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
         key, sign, value = word.partition("=")
         if not (sign and key and value):
             raise Refusal(f"{word}: needs key=value, as radius=50")
-        table, _, own = key.rpartition(".")
-        if owner := next((name for name, keys in tables().items() if table and own in keys), ""):
-            if table not in (owner, "axes"):
-                raise Refusal(f"{word}: {own} belongs in {owner}")
-            key = own
+        table, _, name = key.rpartition(".")
+        owners = [owner for owner, keys in tables().items() if name in keys]
+        if table and owners:
+            if table not in (owners[0], "axes"):
+                raise Refusal(f"{word}: {name} belongs in {owners[0]}")
+            key = name
         key = word_for_symbol(key, {**parameters_of_a_case(), **drive_parameters()})
         if key in found:
             raise Refusal(f"{word}: {key} is given twice")

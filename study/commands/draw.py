@@ -12,8 +12,8 @@ from nanoslip.solver.sliding.validity import resolving_nodes
 from nanoslip.solver.view import describe_outcome
 from nanoslip.study import api, shipped
 from nanoslip.study.commands.answering import middle_answer
-from nanoslip.study.commands.datasets import assignments, choose_case, find_dataset, is_of
-from nanoslip.study.commands.plans import command_text, planned, plural, refusals
+from nanoslip.study.commands.datasets import assignments, choose_case, find_dataset, has_manifest
+from nanoslip.study.commands.plans import command_text, plan_campaign, plural, refusals
 from nanoslip.study.commands.reading import lines_left_out, parse_option, separation
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file
@@ -38,8 +38,8 @@ def write_report(campaign: Path, out: Path | None) -> None:
     """Write the page of a campaign's dataset; the run that made it has printed its table."""
     into, manifest = results_folder(campaign, out), load_manifest(campaign)
     with file.reading(into / file.FILE) as opened:
-        if not is_of(opened, manifest):
-            run, collect = (command_text(each, campaign, into) for each in ("run", "collect"))
+        if not has_manifest(opened, manifest):
+            run, collect = command_text("run", campaign, into), command_text("collect", campaign, into)
             cure = f"{run} computes what is missing, {collect} takes what is finished"
             raise StoreError(f"{into / file.FILE}: no dataset of {campaign} as it is now: {cure}")
         written = page.write_page(opened, into, middle_answer(opened, manifest, into))
@@ -86,8 +86,11 @@ def draw_figure(
 def _figure_files(view: shared.View, output: Path | None, table: bool, size: Sequence[float]) -> dict[Path, bytes]:
     """A figure, and perhaps its numbers beside it."""
     target = output or Path(f"{view.name}.{shared.FORMATS[0]}")
-    files = {target: shared.image(shared.resize_figure(view.draw(), size), shared.file_format(target))}
-    return files | ({target.with_suffix(".csv"): shared.format_csv(view.columns()).encode()} if table else {})
+    drawn = shared.resize_figure(view.draw(), size)
+    files = {target: shared.image(drawn, shared.file_format(target))}
+    if table:
+        files[target.with_suffix(".csv")] = shared.format_csv(view.columns()).encode()
+    return files
 
 
 def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
@@ -95,12 +98,16 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
     known = list_shipped_figures()
     chosen: dict[Path, list[shared.CampaignFigure]] = {}
     for name in known if everything else names:
-        of_file = script_figures(Path(name)) if Path(name).suffix == ".toml" else ()
-        if name not in known and not of_file:
-            own = f"a campaign of your own needs --y, or a script {Path(name).stem}.py beside it"
-            raise Refusal(f"{name}: no figure; there are {', '.join(known)}; {own}")
-        for figure in of_file or (known[name],):
-            chosen.setdefault(Path(name) if of_file else shipped.campaign_files()[figure.campaign], []).append(figure)
+        campaign = Path(name)
+        scripted = script_figures(campaign) if campaign.suffix == ".toml" else ()
+        if scripted:
+            chosen.setdefault(campaign, []).extend(scripted)
+        elif name in known:
+            source = shipped.campaign_files()[known[name].campaign]
+            chosen.setdefault(source, []).append(known[name])
+        else:
+            advice = f"a campaign of your own needs --y, or a script {campaign.stem}.py beside it"
+            raise Refusal(f"{name}: no figure; there are {', '.join(known)}; {advice}")
     for source, figures in chosen.items():
         with api.run(source, out / figures[0].campaign, progress=True) as dataset:
             for figure in figures:
@@ -125,39 +132,63 @@ def show_profile(
         raise Refusal(f"{file}: {error}") from None
     print_sentences(_surface_lines(found, slab_width))
     if picture:
-        write_and_note({picture: _surface_drawn(found, shared.file_format(picture))})
+        write_and_note({picture: _draw_surface(found, shared.file_format(picture))})
     else:
         middle = np.atleast_2d(found.height)[len(found.y) // 2]
         print_lines([DrawnLine(1e6 * found.x, 1e9 * middle, "x, in μm", "height, in nm")])
 
 
 def _surface_lines(found: Surface, slab_width: float) -> list[str]:
+    return [_points_sentence(found), _heights_sentence(found, slab_width), _nodes_sentence(found, slab_width)]
+
+
+def _points_sentence(found: Surface) -> str:
+    """Number and extent of the points of a surface, and how they were read."""
     length, count = float(found.x[-1] - found.x[0]), len(found.x)
-    image = found.image(slab_width)
-    slope, across = (profile_slopes(*each, 1.0)[0] for each in ((image.xi, image.height), (image.y, image.height.T)))
-    nodes, apart = resolving_nodes(image), compact(length / (count - 1), "m")
-    correlated = found.correlation_length
-    longer = "longer than the profile" if math.isnan(correlated) else compact(correlated, "m")
-    slab = f"on a slab of L_x = {compact(slab_width, 'm')} (--width)"
-    resolved = f"{slab} no number of nodes resolves it: take a smaller one"
-    if nodes:
-        resolved = f"{slab} n_x = {nodes} resolves it, with nodes {compact(slab_width / (nodes - 1), 'm')} apart"
-        if length < slab_width:
-            resolved += f"; one as wide as the profile needs {resolving_nodes(found.image(length))}"
-    read = [separation(found.source)] if found.source else []
-    points, slopes = f"{count} points over {compact(length, 'm')}, {apart} apart", f"slope {slope:.3g}"
+    apart = compact(length / (count - 1), "m")
+    parts = [f"{count} points over {compact(length, 'm')}, {apart} apart"]
     if len(found.y) > 1:
-        wide, slopes = float(found.y[-1] - found.y[0]), f"slopes {slope:.3g} along x and {across:.3g} along y"
-        points = f"{count} by {len(found.y)} points over {compact(length, 'm')} by {compact(wide, 'm')}, {apart} apart"
-    elif found.source and found.rows:
-        read += lines_left_out(found.source, found.rows, found.holes)
+        width = float(found.y[-1] - found.y[0])
+        extent = f"{compact(length, 'm')} by {compact(width, 'm')}"
+        parts = [f"{count} by {len(found.y)} points over {extent}, {apart} apart"]
+    if found.source:
+        parts.append(separation(found.source))
+    if len(found.y) <= 1 and found.source and found.rows:
+        parts += lines_left_out(found.source, found.rows, found.holes)
     if found.filled:
-        read.append(f"{plural(found.filled, 'missing height')} filled from neighbours")
-    height = f"root mean square height {compact(found.rms_height, 'm')}, {slopes}; correlation length {longer}"
-    return ["; ".join((points, *read)), height, resolved]
+        parts.append(f"{plural(found.filled, 'missing height')} filled from neighbours")
+    return "; ".join(parts)
 
 
-def _surface_drawn(found: Surface, form: str) -> bytes:
+def _heights_sentence(found: Surface, slab_width: float) -> str:
+    """Height, slopes and correlation length of a surface."""
+    image = found.image(slab_width)
+    along, _ = profile_slopes(image.xi, image.height, 1.0)
+    slopes = f"slope {along:.3g}"
+    if len(found.y) > 1:
+        across, _ = profile_slopes(image.y, image.height.T, 1.0)
+        slopes = f"slopes {along:.3g} along x and {across:.3g} along y"
+    length = found.correlation_length
+    correlation = "longer than the profile" if math.isnan(length) else compact(length, "m")
+    height = compact(found.rms_height, "m")
+    return f"root mean square height {height}, {slopes}; correlation length {correlation}"
+
+
+def _nodes_sentence(found: Surface, slab_width: float) -> str:
+    """Nodes that resolve a surface on a slab of this width, and on one as wide as the profile."""
+    slab = f"on a slab of L_x = {compact(slab_width, 'm')} (--width)"
+    nodes = resolving_nodes(found.image(slab_width))
+    if not nodes:
+        return f"{slab} no number of nodes resolves it: take a smaller one"
+    spacing = compact(slab_width / (nodes - 1), "m")
+    sentence = f"{slab} n_x = {nodes} resolves it, with nodes {spacing} apart"
+    length = float(found.x[-1] - found.x[0])
+    if length < slab_width:
+        sentence += f"; one as wide as the profile needs {resolving_nodes(found.image(length))}"
+    return sentence
+
+
+def _draw_surface(found: Surface, form: str) -> bytes:
     """The profile or image above its spectrum along x."""
     wavenumber, power = found.spectrum
     with shared.column(4.4) as figure:
@@ -183,7 +214,7 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str | None,
         from nanoslip.study.figures.frames import frames, parse_events, usual_events  # noqa: PLC0415  films need more than pictures
 
         wanted = parse_events(events) if events else ()
-        plan = planned(campaign)
+        plan = plan_campaign(campaign)
         case = choose_case(plan.manifest, plan.cases, assignments(parameters))
         if case.case is None:
             raise ManifestError.of(case.point, remark=case.outcome.message)
@@ -193,19 +224,20 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str | None,
         ended = shown.outcome if not shown.outcome.ok else shown.record.outcome
         missing = wanted[len(shown.moments)]
         note(f"no {shown.counted} {missing}: the record ends before ({describe_outcome(ended)})", stderr=True)
-    until = f"{plural(len(shown.moments), 'moment')} to {shown.counted} {shown.moments[-1].event}"
-    note(f"{whole(f'written: {output}')} ({case.point}; {until})")
+    extent = f"{plural(len(shown.moments), 'moment')} to {shown.counted} {shown.moments[-1].event}"
+    note(f"{whole(f'written: {output}')} ({case.point}; {extent})")
 
 
 # Pictures of single cases, and what is written.
 
 
-def drawn(lines: Sequence[DrawnLine], picture: Path) -> bytes:
+def draw_lines(lines: Sequence[DrawnLine], picture: Path) -> bytes:
     """A picture of the lines, one above the other. Raises Refusal if there is none."""
     if not lines:
         raise Refusal("this case has no friction record, motion or contact to be drawn: see [outputs] and stages")
     with shared.column(height=2.2 * len(lines)) as figure:
-        for axes, line in zip(figure.subplots(len(lines), squeeze=False).ravel(), lines, strict=True):
+        panels = figure.subplots(len(lines), squeeze=False).ravel()
+        for axes, line in zip(panels, lines, strict=True):
             axes.plot(line.x, line.y)
             axes.set(xlabel=line.x_label, ylabel=line.y_label)
         return shared.image(figure, shared.file_format(picture))

@@ -1,5 +1,6 @@
 """Commands that infer: parameters that matter (sensitivity), that agree with numbers (fit), and numbers of a force (trace)."""
 
+import itertools
 import json
 import re
 from collections.abc import Collection, Sequence
@@ -27,6 +28,7 @@ from nanoslip.study.manifest.manifest import drive_parameters
 from nanoslip.study.manifest.parameters import word_for_symbol
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.expectations import out_of_reach
+from nanoslip.study.plan.plan import Plan
 from nanoslip.study.report.console import Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.summary import failure_summary, flag_summary, with_size
 from nanoslip.study.results.files import results_folder
@@ -47,21 +49,28 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
     form = file_format(picture) if picture else ""
     with refusals(ValueError), find_dataset(dataset, out) as opened:
         found = sensitivity(opened, of)
-        why = [*(failure_summary(opened).values() if found.holes else ()), *flag_summary(opened).values()]
-    shares = dict(zip(found.axes, zip(found.first.tolist(), found.total.tolist(), strict=True), strict=True))
+        failures = failure_summary(opened).values() if found.holes else ()
+        flags = flag_summary(opened).values()
+    shares = list(zip(found.axes, found.first.tolist(), found.total.tolist(), strict=True))
     if as_json:
-        axes = {axis: {"first": first, "total": total} for axis, (first, total) in shares.items()}
+        axes = {axis: {"first": first, "total": total} for axis, first, total in shares}
         parts = {"noise": found.noise, "scatter": found.scatter, "note": caution(found)}
         print_json({"of": found.of, "axes": axes, **parts})
         return
     if not found.unknown:
-        largest = sorted(shares.items(), key=lambda each: -each[1][1][0])
-        rows = tuple((axis, *_shares(first), *_shares(total), "") for axis, (first, total) in largest)
+        shares.sort(key=_total_share, reverse=True)
+        rows = tuple((axis, *_shares(first), *_shares(total), "") for axis, first, total in shares)
         print_table(Table(("parameter", "alone", "95 %", "in all", "95 %", ""), rows))
-    print_sentences([caution(found), *why])
+    print_sentences([caution(found), *failures, *flags])
     if picture and not found.unknown:
         write_files({picture: image(bars(found), form)})
         note(whole(f"written: {picture}"))
+
+
+def _total_share(shares: tuple[str, Any, Any]) -> float:
+    """The part of a parameter in all, without its interval."""
+    _, _, (total, *_) = shares
+    return float(total)
 
 
 def _shares(values: Any) -> tuple[str, str]:
@@ -90,7 +99,8 @@ def fit_campaign(
     process."""
     form, into = file_format(picture), results_folder(campaign, out)
     targets, fixed = read_numbers(numbers)
-    targets += read_trace_numbers(trace, {target.name for target in targets}) if trace else []
+    if trace:
+        targets += read_trace_numbers(trace, {target.name for target in targets})
     if not targets:
         raise Refusal("needs a measured number with its ±, as mu_s=0.3±0.01")
     with refusals(ValueError, FarmError):
@@ -102,7 +112,7 @@ def fit_campaign(
             farm.leave(farm.serve())
         try:
             with refusals(ValueError, ShortageError):
-                found = _computed(farm, question, into, points)
+                found = _compute_fit(farm, question, into, points)
         except click.ClickException as error:
             show(error)
             farm.leave(INTERRUPTED if isinstance(error.__cause__, UnfinishedError) else error.exit_code)
@@ -112,7 +122,8 @@ def fit_campaign(
             _print(found, question.manifest.scales)
             print_sentences(sentences(found))
         best = campaign.with_name(f"{campaign.stem}_best.toml")
-        write_files({picture: image(contours(found), form), best: question.at(found.best).encode()})
+        drawn, text = image(contours(found), form), question.at(found.best)
+        write_files({picture: drawn, best: text.encode()})
         note(f"{whole(f'written: {picture}')}; {whole(f'{best}')}, the best point as a campaign", stderr=as_json)
         farm.leave(0)
 
@@ -122,9 +133,10 @@ def read_numbers(given: Sequence[str]) -> tuple[list[Target], dict[str, Any]]:
     targets, fixed = [], dict[str, Any]()
     for word in given:
         key, sign, text = word.partition("=")
-        if found := _TARGET.fullmatch(word):
+        measured = _TARGET.fullmatch(word)
+        if measured:
             try:
-                target = Target(found[1], float(found[2]), float(found[3]))
+                target = Target(measured[1], float(measured[2]), float(measured[3]))
             except ValueError:
                 raise Refusal(f"{word}: needs two numbers, as mu_s=0.3±0.01") from None
             targets.append(target)
@@ -150,9 +162,11 @@ def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
         found = json.loads(read_text(file))
         found["kinetic_friction"] = found.get("mean_force", found.get("kinetic_friction"))  # as of a computed drive
         numbers = {name: found[name] for name in OF_TRACES if found.get(name)}
-        known = [(name, float(each["value"]), float(each["uncertainty"] or 0.0)) for name, each in numbers.items()]
-        targets = [Target(*each, one_start=True) for each in known]
-        coefficients = all(each["unit"] == "1" for each in numbers.values())
+        targets = []
+        for name, number in numbers.items():
+            error = float(number["uncertainty"] or 0.0)
+            targets.append(Target(name, float(number["value"]), error, one_start=True))
+        coefficients = all(number["unit"] == "1" for number in numbers.values())
     except json.JSONDecodeError:
         raise Refusal(f"{file}: {needs.replace('FILE', str(file))}, and is no JSON") from None
     except (AttributeError, KeyError, TypeError, ValueError) as error:
@@ -162,7 +176,7 @@ def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
     unsure = [target.name for target in targets if not target.error > 0.0]
     if unsure:
         note(f"{file}: {', '.join(unsure)} of one slip has no ±, and is left out; it may be given as mu_s=0.3±0.01")
-    names = {*given, *(name for name, typed in OF_TRACES.items() if typed in given)}
+    names = {*given, *(name for name, key in OF_TRACES.items() if key in given)}
     return [target for target in targets if target.error > 0.0 and target.name not in names]
 
 
@@ -172,72 +186,87 @@ _WORDS: Final = frozenset(stated.word or name for name, stated in _KEYS.items())
 
 def read_ranges(given: Sequence[str]) -> dict[str, Ends | None]:
     """Parameters that vary, and the ends of their ranges, from words as `mu_i=0.1:0.8,radius`."""
-    found: dict[str, Ends | None] = {}
-    for word in (each for words in given for each in words.split(",") if each):
+    ranges: dict[str, Ends | None] = {}
+    words = itertools.chain.from_iterable(text.split(",") for text in given)
+    for word in filter(None, words):
         key, sign, text = word.partition("=")
         low, colon, high = text.partition(":")
         if sign and not (low and colon and high):
             raise Refusal(f"--vary {word}: needs KEY=FROM:TO, as mu_i=0.1:0.8")
-        if key in found:
+        if key in ranges:
             raise Refusal(f"--vary {word}: {key} is given twice")
-        found[key] = (number_or_text(low), number_or_text(high)) if sign else None
-    return found
+        ranges[key] = (number_or_text(low), number_or_text(high)) if sign else None
+    return ranges
 
 
-def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
+def _compute_fit(farm: Farm, question: Question, out: Path, points: int) -> Fit:
     warn = partial(note, stderr=True)
-    first = join_plans(plans := question.plans(filling(len(question.ranges))[:points]))
-    if left := first.remaining(Store(out).inventory()):
-        measured = read_task_times(out)
-        known = measured.tasks({task.kind for task in left})  # a time by estimates alone may be off by ten
-        time = f", {roughly(makespan(left, farm.size, measured.seconds))}" if known else ""
-        most = f"then more where it is open what agrees, at most {points}"
-        warn(f"{question.manifest.title}: {plural(len(left), 'task')} at first{time}; {most} points")
-        expected = {cause: line for plan in plans for cause, line in out_of_reach(plan).items()}
-        print_sentences(expected.values(), stderr=True)
+    _announce_first_points(farm, question, out, points)
 
     def progress(rest: Rest, processes: int, measured: Any) -> Any:
-        if not (tasks := rest.tasks):
+        if not rest.tasks:
             return nullcontext(lambda *_: None)
-        warn(f"{question.manifest.title}: {plural(len(tasks), 'task')} of new points, {processes} {farm.unit}")
-        return open_progress(tasks, console(stderr=True), processes, measured)
+        tasks = plural(len(rest.tasks), "task")
+        warn(f"{question.manifest.title}: {tasks} of new points, {processes} {farm.unit}")
+        return open_progress(rest.tasks, console(stderr=True), processes, measured)
 
     with Lease(out, farm.interruption.request) as lease:
         journal = Journal(out)
-        return question.answer(
-            lambda plan: compute_campaign(farm, plan, journal, lease, progress, warn).store,
-            out,
-            points,
-            failure_summary,
-        )
+
+        def compute(plan: Plan) -> Store:
+            return compute_campaign(farm, plan, journal, lease, progress, warn).store
+
+        return question.answer(compute, out, points, failure_summary)
+
+
+def _announce_first_points(farm: Farm, question: Question, out: Path, points: int) -> None:
+    """Report tasks and time of the points that are computed first, and what none of them can reach."""
+    plans = question.plans(filling(len(question.ranges))[:points])
+    tasks = join_plans(plans).remaining(Store(out).inventory())
+    if not tasks:
+        return
+    measured = read_task_times(out)
+    time = ""
+    if measured.tasks({task.kind for task in tasks}):  # a time by estimates alone may be off by ten
+        time = f", {roughly(makespan(tasks, farm.size, measured.seconds))}"
+    first = f"{plural(len(tasks), 'task')} at first{time}"
+    later = f"then more where it is open what agrees, at most {points} points"
+    note(f"{question.manifest.title}: {first}; {later}", stderr=True)
+    expected = {cause: line for plan in plans for cause, line in out_of_reach(plan).items()}
+    print_sentences(expected.values(), stderr=True)
 
 
 def _print(found: Fit, scales: Scales) -> None:
     rows = []
-    for place, (x, _) in enumerate(found.islands or [(found.best[None], None)]):
-        for axis, each in enumerate(found.ranges):
-            value = float(f"{each.at(x[0])[axis]:.4g}")
-            ends = [_interval([*found.intervals(axis, level), None][place]) for level in LEVELS]
-            best, searched = (
-                with_size(each.name, value, scales),
-                f"{format_value(each.low)} to {format_value(each.high)}",
-            )
-            rows.append((each.name, best, *ends, searched))
-    best, levels = "best" if found.reached else "nearest", (f"{100 * level:.0f} %" for level in LEVELS)
-    print_table(Table(("parameter", best, *levels, "looked at"), tuple(rows), asked=3))
+    for number, (points, _) in enumerate(found.islands or [(found.best[None], None)]):
+        for axis, parameter in enumerate(found.ranges):
+            value = float(f"{parameter.at(points[0])[axis]:.4g}")
+            best = with_size(parameter.name, value, scales)
+            intervals = [[*found.intervals(axis, level), None] for level in LEVELS]
+            ends = [_interval(islands[number]) for islands in intervals]
+            extent = f"{format_value(parameter.low)} to {format_value(parameter.high)}"
+            rows.append((parameter.name, best, *ends, extent))
+    title = "best" if found.reached else "nearest"
+    levels = [f"{100 * level:.0f} %" for level in LEVELS]
+    print_table(Table(("parameter", title, *levels, "looked at"), tuple(rows), asked=3))
 
 
 def _as_json(found: Fit) -> dict[str, Any]:
     means = found.predict(found.best[None])[0][0].tolist()
     parameters = {}
-    for axis, each in enumerate(found.ranges):
+    for axis, parameter in enumerate(found.ranges):
         intervals = {f"{100 * level:.0f}": found.intervals(axis, level) for level in LEVELS}
-        parameters[each.name] = {"best": each.at(found.best)[axis], **intervals, "range": (each.low, each.high)}
-    pairs = zip(found.targets, means, strict=True)
-    numbers = {name: {"value": value, "uncertainty": error, "best": mean} for (name, value, error, _), mean in pairs}
+        extent = parameter.low, parameter.high
+        parameters[parameter.name] = {"best": parameter.at(found.best)[axis], **intervals, "range": extent}
+    numbers = {}
+    for target, mean in zip(found.targets, means, strict=True):
+        numbers[target.name] = {"value": target.value, "uncertainty": target.error, "best": mean}
     points = len(found.computed.x)
     return {"reached": found.reached, "parameters": parameters, "numbers": numbers, "points": points}
 
 
 def _interval(ends: tuple[float, float] | None) -> str:
-    return " to ".join(dict.fromkeys(format_value(float(f"{end:.3g}")) for end in ends)) if ends else "none"
+    if not ends:
+        return "none"
+    texts = (format_value(float(f"{end:.3g}")) for end in ends)
+    return " to ".join(dict.fromkeys(texts))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final
+from typing import Any, Final
 
 import click
 
@@ -15,7 +15,7 @@ from nanoslip.study.accuracy.diagram import as_table
 from nanoslip.study.accuracy.measurement import measure_accuracy, write_measurement
 from nanoslip.study.accuracy.setup import default_setup, make_setup, measurement_effort
 from nanoslip.study.commands.datasets import FewerFinishedError, find_dataset, write_dataset
-from nanoslip.study.commands.plans import command_text, planned, plural, print_json, refusals
+from nanoslip.study.commands.plans import command_text, plan_campaign, plural, print_json, refusals
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import compare, file, verify as verification
 from nanoslip.study.dataset.access import case_columns
@@ -43,8 +43,9 @@ from nanoslip.study.run.progress import open_progress
 def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
     """Write and print the dataset of a campaign's results. replace: overwrite a dataset with more results, too."""
     into = results_folder(campaign, out)
-    write_dataset(planned(campaign), Store(into), anew=True, replace=replace)
-    if shards := shard_folders(into):
+    write_dataset(plan_campaign(campaign), Store(into), anew=True, replace=replace)
+    shards = shard_folders(into)
+    if shards:
         note(f"without {plural(len(shards), 'shard')}; {command_text('merge', campaign, into)} takes them in")
 
 
@@ -54,8 +55,8 @@ def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
 def merge_shards_command(campaign: Path, out: Path | None) -> None:
     """Move the results of all shards into the campaign's, and write and print its dataset. Ends the process."""
     into = results_folder(campaign, out)
-    plan, store = planned(campaign), Store(into)
-    run, retry = (command_text("run", campaign, into, *options) for options in ((), ("--retry",)))
+    plan, store = plan_campaign(campaign), Store(into)
+    run = command_text("run", campaign, into)
     if plan.distinct and not (shard_folders(into) or store.finished() or store.failures()):
         cure = f"{run} computes all of it; results of runs with another --out are found with it"
         raise StoreError(f"{into}: no shards and no results of {campaign} there, nothing to merge: {cure}")
@@ -71,11 +72,13 @@ def merge_shards_command(campaign: Path, out: Path | None) -> None:
     for problem in problems:
         note(problem, stderr=True)
     if rest.given_up:
-        said = f"{plural(len(rest.given_up), 'task')} failed, or need one that did"
-        note(f"{said}: {retry} tries again", stderr=True)
+        retry = command_text("run", campaign, into, "--retry")
+        failed = f"{plural(len(rest.given_up), 'task')} failed, or need one that did"
+        note(f"{failed}: {retry} tries again", stderr=True)
     if rest.tasks:
         note(f"{plural(len(rest.tasks), 'task')} left: {run} computes them", stderr=True)
-    sys.exit(INTERRUPTED if rest.tasks else FAILURES if rest.given_up else 0)
+        sys.exit(INTERRUPTED)
+    sys.exit(FAILURES if rest.given_up else 0)
 
 
 # `nanoslip export`: the numbers of a campaign as a flat table, CSV or JSON.
@@ -85,8 +88,9 @@ def export_dataset(campaign: Path, out: Path | None, form: str | None, table: st
     """Write a table of a campaign's cases, events or samples to a file or to standard output."""
     with refusals(ValueError), find_dataset(campaign, out) as found:
         columns, title = case_columns(found, table), str(found.attrs.get("title", ""))
-    as_asked = form or ("json" if output and output.suffix.lower() == ".json" else "csv")
-    text = as_json(columns, title) if as_asked == "json" else as_csv(columns)
+    suffix = output.suffix.lower() if output else ""
+    is_json = form == "json" or (form is None and suffix == ".json")
+    text = as_json(columns, title) if is_json else as_csv(columns)
     if output is None or str(output) == "-":
         click.echo(text, nl=False)
         return
@@ -111,23 +115,25 @@ def compare_datasets(first: Path, second: Path) -> None:
     """Print differences between two datasets, and exit with the code of the worst one."""
     with refusals(compare.NotComparableError), find_dataset(first) as one, find_dataset(second) as other:
         pair = one, other
-        kinds = [kind for kind, ended in OUTCOMES.items() if all(ended.ending.name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
-        if facts := compare.differing(pair):
+        facts = compare.differing(pair)
+        if facts:
             rows_of_facts = tuple((name, *both, "") for name, both in facts.items())
             print_table(Table(("differs", "A", "B", ""), rows_of_facts, labels=3))
         else:
             note("same parameters, campaign and software")
-        found = {kind: compare.match_rows(pair, kind) for kind in kinds}
-        if not any(each.labels for each in found.values()):
+        names = {kind: outcome.ending.name for kind, outcome in OUTCOMES.items()}
+        kinds = [kind for kind, name in names.items() if name in one and name in other]
+        matches = {kind: compare.match_rows(pair, kind) for kind in kinds}
+        if not any(matched.labels for matched in matches.values()):
             raise compare.NotComparableError(f"{first} and {second} share no computed case")
-        seen = [each for kind in kinds for each in compare.uncertain_numbers(found[kind])]
-        for kind in kinds:
-            _print_rows("drives of cases" if kind else "cases", found[kind], compare.list_unjudged(found[kind]))
-        for kind in kinds:
-            _print_runs(compare.compare_runs(found[kind]))
-    _print_worst(seen)
-    counts = Counter(each.verdict for each in seen)
+        numbers = [number for matched in matches.values() for number in compare.uncertain_numbers(matched)]
+        for kind, matched in matches.items():
+            _print_rows("drives of cases" if kind else "cases", matched, compare.list_unjudged(matched))
+        for matched in matches.values():
+            _print_runs(compare.compare_runs(matched))
+    _print_worst(numbers)
+    counts = Counter(number.verdict for number in numbers)
     always = (Verdict.IDENTICAL, Verdict.WITHIN, Verdict.DIFFERENT)
     shown = (verdict for verdict in _WORDS if counts[verdict] or verdict in always)
     note("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in shown))
@@ -144,8 +150,9 @@ def _print_rows(what: str, found: compare.Matched, others: tuple[Sequence[str], 
     differ, same = others
     if differ:
         count = f"{len(differ)} of {len(differ) + len(same)}"
-        named = ", ".join(differ[:WORST]) + (", …" if len(differ) > WORST else "")
-        note(f"not judged, as they state no uncertainty: {count} other numbers differ ({named})")
+        more = ["…"] if len(differ) > WORST else []
+        names = ", ".join([*differ[:WORST], *more])
+        note(f"not judged, as they state no uncertainty: {count} other numbers differ ({names})")
 
 
 def _print_runs(found: Mapping[str, tuple[int, int]]) -> None:
@@ -156,8 +163,9 @@ def _print_runs(found: Mapping[str, tuple[int, int]]) -> None:
 
 def _print_worst(seen: Sequence[compare.Observed]) -> None:
     """Print the largest differences, beginning with differences beyond their uncertainties."""
-    apart = [each for each in seen if each.verdict is not Verdict.IDENTICAL]
-    worst = sorted(apart, key=lambda each: (-each.verdict, -each.apart))[:WORST]
+    apart = [number for number in seen if number.verdict is not Verdict.IDENTICAL]
+    apart.sort(key=lambda number: (-number.verdict, -number.apart))
+    worst = apart[:WORST]
     if worst:
         header = ("observable", "A", "B", "verdict", "apart/σ", "case")
         print_table(Table(header, tuple(map(_row, worst)), labels=5))
@@ -166,13 +174,18 @@ def _print_worst(seen: Sequence[compare.Observed]) -> None:
         note(f"and {len(apart) - len(worst)} smaller differences")
 
 
-def _row(each: compare.Observed) -> tuple[str, ...]:
-    here, there = (format_words(value) if isinstance(value, dict) else f"{value:.6g}" for value in each.values)
-    if here == there and isinstance(each.values[0], dict):  # what differs is behind the most frequent word
-        here, there = (format_words(value, math.inf) for value in each.values)
-    verdict = {Verdict.DIFFERENT: "beyond", Verdict.NOT_JUDGED: "not known"}.get(each.verdict, "within")
-    apart = "–" if math.isnan(each.apart) else f"{each.apart:.2g}"
-    return each.name, here, there, verdict, apart, label_text(each.label)
+def _row(number: compare.Observed) -> tuple[str, ...]:
+    first, second = map(_value_text, number.values)
+    if first == second and isinstance(number.values[0], dict):  # what differs is behind the most frequent word
+        first, second = (format_words(value, math.inf) for value in number.values)
+    verdict = {Verdict.DIFFERENT: "beyond", Verdict.NOT_JUDGED: "not known"}.get(number.verdict, "within")
+    apart = "–" if math.isnan(number.apart) else f"{number.apart:.2g}"
+    return number.name, first, second, verdict, apart, label_text(number.label)
+
+
+def _value_text(value: Any) -> str:
+    """A number, or counted words of members."""
+    return format_words(value) if isinstance(value, dict) else f"{value:.6g}"
 
 
 # `nanoslip verify`: compute a dataset again from itself alone, and compare.
@@ -188,36 +201,37 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
         failed = verification.failed(plan, found)
         skipped = {"pending": len(plan.cases) - len(cases) - failed, "failed": failed}
         if not cases:
-            said = ", ".join(f"{count} {sort}" for sort, count in skipped.items() if count)
-            raise Refusal(f"{dataset}: no case has a result to compute again: {said}")
+            reasons = ", ".join(f"{count} {sort}" for sort, count in skipped.items() if count)
+            raise Refusal(f"{dataset}: no case has a result to compute again: {reasons}")
         chosen = verification.sample(cases, sample)
         note(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", stderr=True)
         other = verification.other_software(found)
         code = _recompute(verification.tasks_in_dataset(plan, chosen, found), Path(folder))
-        if not code:
-            shared, *findings = verification.verify_cases(found, plan, chosen, Store(Path(folder)))
-            verdicts = Counter(each.verdict for each in findings)
-            counts = {str(verdict): verdicts[verdict] for verdict in _OF_CASES} | skipped
-            counts["not_in_sample"] = len(cases) - len(chosen)
-            if as_json:
-                shared_data, *of_cases = (
-                    {"case": each.label, "verdict": str(each.verdict), "difference": each.remark}
-                    for each in (shared, *findings)
-                )
-                told = {"dataset": str(dataset), "other_software": other, "counts": counts}
-                print_json({**told, "shared": shared_data, "cases": of_cases})
-            else:
-                print_sentences([other])
-                _print_findings([shared, *findings])
-                shown = (sort for sort, count in counts.items() if count or sort not in _SAID)
-                parts = ", ".join(f"{counts[sort]} {_SAID.get(sort, sort)}" for sort in shown)
-                note(f"{dataset}: cases: {parts}; {shared.label}: {shared.verdict}")
-            code = CRASHED if any(each.verdict is Verdict.DIFFERENT for each in (shared, *findings)) else 0
-    sys.exit(code)
+        if code:
+            sys.exit(code)
+        shared, *findings = verification.verify_cases(found, plan, chosen, Store(Path(folder)))
+    verdicts = Counter(finding.verdict for finding in findings)
+    counts = {str(verdict): verdicts[verdict] for verdict in _OF_CASES} | skipped
+    counts["not_in_sample"] = len(cases) - len(chosen)
+    if as_json:
+        head = {"dataset": str(dataset), "other_software": other, "counts": counts}
+        print_json({**head, "shared": _finding_data(shared), "cases": [_finding_data(each) for each in findings]})
+    else:
+        print_sentences([other])
+        _print_findings([shared, *findings])
+        shown = (sort for sort, count in counts.items() if count or sort not in _SKIPPED)
+        parts = ", ".join(f"{counts[sort]} {_SKIPPED.get(sort, sort)}" for sort in shown)
+        note(f"{dataset}: cases: {parts}; {shared.label}: {shared.verdict}")
+    sys.exit(CRASHED if Verdict.DIFFERENT in {shared.verdict, *verdicts} else 0)
+
+
+def _finding_data(finding: Finding) -> dict[str, str]:
+    """A finding for scripts."""
+    return {"case": finding.label, "verdict": str(finding.verdict), "difference": finding.remark}
 
 
 _OF_CASES: Final = (Verdict.IDENTICAL, Verdict.ROUNDING, Verdict.WITHIN, Verdict.DIFFERENT)
-_SAID: Final = {"pending": "pending, skipped", "failed": "failed, skipped", "not_in_sample": "not in the sample"}
+_SKIPPED: Final = {"pending": "pending, skipped", "failed": "failed, skipped", "not_in_sample": "not in the sample"}
 """Words for cases that were not recomputed, printed if there are any.
 
 Tasks count as failed if time or memory ran out or a process died, as a new attempt may succeed."""
@@ -242,10 +256,10 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
 def _print_findings(findings: list[Finding]) -> None:
     """Print a line for each case that is not bit-identical, different ones first."""
     for verdict, style in ((Verdict.DIFFERENT, FAILED), (Verdict.WITHIN, ""), (Verdict.ROUNDING, "")):
-        found = [f"{verdict}: {each.label}: {each.remark}" for each in findings if each.verdict is verdict]
-        print_sentences(found[:MOST_ROWS], style)
-        if len(found) > MOST_ROWS:
-            note(f"{verdict}: {len(found) - MOST_ROWS} more")
+        group = [finding for finding in findings if finding.verdict is verdict]
+        print_sentences((f"{verdict}: {each.label}: {each.remark}" for each in group[:MOST_ROWS]), style)
+        if len(group) > MOST_ROWS:
+            note(f"{verdict}: {len(group) - MOST_ROWS} more")
 
 
 # `nanoslip describe`: variables of a dataset, keys of a campaign.
@@ -254,25 +268,29 @@ def _print_findings(findings: list[Finding]) -> None:
 def describe_variables(name: str | None, as_json: bool) -> None:
     """Print one variable or key in full, or a table of all variables."""
     key = keys.find_key(name) if name else None
-    if not as_json and (text := explain_word(name or "") or keys.text_of_table(name or "")):
-        print_sentences(text.splitlines())
+    explanation = explain_word(name or "") or keys.text_of_table(name or "")
+    if explanation and not as_json:
+        print_sentences(explanation.splitlines())
         return
     try:
-        found = [describe(name)] if name else rows()
+        described = [describe(name)] if name else rows()
     except KeyError as error:
         key = key or keys.find_key(key_meant(name or ""))
         if key is None:
             raise Refusal(missing_physics(name or "") or error.args[0]) from None
-        found = []
+        described = []
     if as_json:
-        more = {"key": key.place, "allowed": key.allowed, "default": key.default, "example": key.example} if key else {}
-        print_json([{**asdict(one), **more} for one in found] or [{"name": name, **more}])
+        facts = (
+            {"key": key.place, "allowed": key.allowed, "default": key.default, "example": key.example} if key else {}
+        )
+        print_json([{**asdict(variable), **facts} for variable in described] or [{"name": name, **facts}])
     elif name is None:
-        cells = tuple((one.name, one.measure or one.units, one.meaning) for one in found)
-        print_table(Table(("variable", "unit", "meaning"), cells, labels=2))
+        cells = [(variable.name, variable.measure or variable.units, variable.meaning) for variable in described]
+        print_table(Table(("variable", "unit", "meaning"), tuple(cells), labels=2))
     else:
-        texts = [variable_text(one) for one in found if key is None or one.name != key.name]
-        texts += [keys.key_text(key)] if key else []
+        texts = [variable_text(variable) for variable in described if key is None or variable.name != key.name]
+        if key:
+            texts.append(keys.key_text(key))
         print_sentences("\n".join(texts).splitlines())
 
 
@@ -282,7 +300,8 @@ def describe_variables(name: str | None, as_json: bool) -> None:
 def show_accuracy(campaign: Path | None, out: Path | None, quick: bool) -> None:
     """Measure every numerical setting on a campaign's first case, print the diagrams and write them."""
     setup = make_setup(load_manifest(campaign)) if campaign else default_setup()
-    try_writing(into := results_folder(campaign or Path("accuracy"), out))
+    into = results_folder(campaign or Path("accuracy"), out)
+    try_writing(into)
     note(f"{setup.title}: measuring, a minute or two unless --quick", stderr=True)
     measured = measure_accuracy(setup, measurement_effort(setup.case, quick))
     for diagram in measured.diagrams:

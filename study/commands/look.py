@@ -31,7 +31,7 @@ from nanoslip.study.accuracy.effects import (
 )
 from nanoslip.study.accuracy.spending import LENGTHS, Sample, Spending, probe_lengths, spending
 from nanoslip.study.commands.answering import friction_answer, ranking
-from nanoslip.study.commands.datasets import assignments, choose_case, find_dataset, is_of, single
+from nanoslip.study.commands.datasets import assignments, choose_case, find_dataset, has_manifest, single
 from nanoslip.study.commands.plans import BALL, plural, refusals
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file, variables
@@ -84,23 +84,26 @@ def try_campaign(
     """
     if contact and (drive or critical):
         raise click.UsageError("--contact and --drive exclude each other, --critical is of a drive")
-    given = assignments(parameters)
+    typed = assignments(parameters)
     if stroke:
-        given |= _path_keys(stroke)
+        typed |= _path_keys(stroke)
     if picture:
         _draw().shared.file_format(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
-        content = make_campaign(given | ({"critical": "true"} if critical else {}), contact, drive or critical)
-        typed = api.read_campaign(content).fixed.keys()
+        search = {"critical": "true"} if critical else {}
+        content = make_campaign(typed | search, contact, drive or critical)
+        given = api.read_campaign(content).fixed.keys()
         print_sentences(_choose_quick_grid(content), stderr=True)
         manifest, found = api.read_campaign(content), api.run(content, progress=True)
-    outcomes = [(each.name, why.name) for each, why, *_ in variables.OUTCOMES.values() if each.name in found]
-    endings = {found[each].item(): found[why].item() for each, why in outcomes}
+    outcomes = [outcome for outcome in variables.OUTCOMES.values() if outcome.ending.name in found]
+    endings = {found[outcome.ending.name].item(): found[outcome.message.name].item() for outcome in outcomes}
     if Ending.INVALID in endings:
         raise Refusal(endings[Ending.INVALID])
-    print_sentences([*_idle(given, contact), *([BALL] if resembles_ball(given) else [])])
+    print_sentences(_idle(typed, contact))
+    if resembles_ball(typed):
+        note(BALL)
     case = single(found, {})
-    answer = friction_answer(case, manifest, expand(manifest)[0], typed, None)
+    answer = friction_answer(case, manifest, expand(manifest)[0], given, None)
     for line in answer:
         note(line)
     last = "path" if "loss_per_cycle" in case else manifest.stages[-1]
@@ -140,7 +143,8 @@ class _Choice(NamedTuple):
     @property
     def cost(self) -> str:
         """Time, and memory from a gigabyte on, in words."""
-        return roughly(self.seconds) + (f" and {self.memory / 1e9:.1f} GB" if self.memory >= 1e9 else "")
+        memory = f" and {self.memory / 1e9:.1f} GB" if self.memory >= 1e9 else ""
+        return f"{roughly(self.seconds)}{memory}"
 
 
 def _choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
@@ -155,60 +159,76 @@ def _choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
     usual = _choice(content, grids[0])
     if usual.seconds <= PATIENCE:
         return
-    samples = [] if content.keys() & {*_DECIDED} or "slip" not in content["stages"] else _probe_grids(content, grids)
+    decided = content.keys() & {*_DECIDED} or "slip" not in content["stages"]
+    samples = [] if decided else _probe_grids(content, grids)
     choices = {n_x: _choice(content, n_x, samples) for n_x in (grids[:1] if given else grids)}
-    quick = [n_x for n_x, each in choices.items() if each.seconds <= PATIENCE]
+    quick = [n_x for n_x, choice in choices.items() if choice.seconds <= PATIENCE]
     n_x = quick[0] if quick else grids[0]
     chosen = choices[n_x]
     if given or quick:
         content |= chosen.content
+    longer = [f"n_x = {finer} takes {choices[finer].cost}" for finer in reversed(choices) if finer > n_x]
     if not quick:  # fewer nodes do not help
         yield f"estimated time: {chosen.cost}"
-    elif longer := [f"n_x = {each} takes {choices[each].cost}" for each in reversed(choices) if each > n_x]:
+    elif longer:
         yield f"n_x = {n_x}, for an answer in seconds; {', '.join(longer)}"
-    if found := chosen.spending:
-        error, change = (f"{100.0 * share:.1g} %" for share in (found.error, found.change))
-        yield (
-            f"{found.members} starts of {found.presliding:g} presliding lengths: their ± is about {error} of friction, and half "
-            f"the node spacing changes it by about {change} (estimated on n_x = {samples[0][0].n_x})"
-        )
-        half = 2 * (n_x - 1) + 1
-        if half not in choices:
-            with suppress(ManifestError):  # beyond the largest grid of its scheme
-                yield f"half the node spacing, n_x = {half}, takes {_choice(content, half, samples).cost}"
+    if not chosen.spending:
+        return
+    yield _spending_sentence(chosen.spending, samples)
+    half = 2 * (n_x - 1) + 1
+    if half not in choices:
+        with suppress(ManifestError):  # beyond the largest grid of its scheme
+            yield f"half the node spacing, n_x = {half}, takes {_choice(content, half, samples).cost}"
+
+
+def _spending_sentence(found: Spending, samples: Sequence[tuple[Sample, Sample]]) -> str:
+    """Members and lengths that were chosen, and what these and the node spacing change."""
+    records = f"{found.members} starts of {found.presliding:g} presliding lengths"
+    error = f"their ± is about {100.0 * found.error:.1g} % of friction"
+    change = f"half the node spacing changes it by about {100.0 * found.change:.1g} %"
+    finest, _ = samples[0]
+    return f"{records}: {error}, and {change} (estimated on n_x = {finest.n_x})"
 
 
 def _choice(content: dict[str, Any], n_x: int, samples: Sequence[tuple[Sample, Sample]] = ()) -> _Choice:
     """A grid, and members and lengths of records if samples tell which are enough."""
-    on_grid = content | {"numerics": {**content.get("numerics", {}), "n_x": n_x}}
+    on_grid = _set_grid(content, n_x)
     found = spending(samples, n_x)
     if found:
         on_grid |= {"ensemble": {"members": found.members}, "limits": {"presliding": found.presliding}}
     tasks = make_plan(api.read_campaign(on_grid)).tasks
     seconds = sum(task.cost for task in tasks)
     if found:
-        seconds += max(samples[-1][0].excess, 0.0) * found.members * found.presliding
-    return _Choice(on_grid, seconds, max((task.memory for task in tasks), default=0.0), found)
+        finest, _ = samples[-1]
+        seconds += max(finest.excess, 0.0) * found.members * found.presliding
+    memory = max((task.memory for task in tasks), default=0.0)
+    return _Choice(on_grid, seconds, memory, found)
+
+
+def _set_grid(content: dict[str, Any], n_x: int) -> dict[str, Any]:
+    """The content of a campaign on this grid."""
+    return content | {"numerics": {**content.get("numerics", {}), "n_x": n_x}}
 
 
 def _probe_grids(content: dict[str, Any], grids: Sequence[int]) -> list[tuple[Sample, Sample]]:
     """Samples on the finest of these grids that is quick enough for a probe, and on the next coarser one; none if none is."""
 
-    def manifest_at(n_x: int, presliding: float) -> Manifest:
+    def read_probe(n_x: int, presliding: float) -> Manifest:
         short = {"ensemble": {"members": FEWEST}, "limits": {"presliding": presliding}}
-        return api.read_campaign(content | short | {"numerics": {**content.get("numerics", {}), "n_x": n_x}})
+        return api.read_campaign(_set_grid(content | short, n_x))
 
     for fine, coarse in itertools.pairwise(grids):
-        plan = make_plan(manifest_at(fine, LENGTHS[0]))
+        plan = make_plan(read_probe(fine, LENGTHS[0]))
         if sum(task.cost for task in plan.tasks) <= PROBING * PATIENCE:
             with suppress(ManifestError):  # a coarse grid that the scheme does not take
-                return list(probe_lengths(manifest_at, (fine, coarse)))
+                return list(probe_lengths(read_probe, (fine, coarse)))
     return []
 
 
 def _idle(given: Mapping[str, str], contact: bool) -> Iterator[str]:
     """The parameters that were given and change nothing, as in campaigns, each with the reason."""
-    values = {names_by_word()[key]: number_or_text(text) for key, text in given.items() if key in names_by_word()}
+    names = names_by_word()
+    values = {names[key]: number_or_text(text) for key, text in given.items() if key in names}
     with suppress(InvalidInput):  # the case is refused, and says why
         yield from idle([make_case(values)], values.keys(), contact)
 
@@ -246,9 +266,8 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
         note("nothing to compare: no number of these cases depends on an effect that can be left out")
         return
     print_sentences(_verdict(found, scenes.manifest.ensemble.within or 0.0))
-    rows = tuple(map(_row, found))
-    failed = frozenset(place for place, each in enumerate(found) if each.problems)
-    print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed))
+    failed = frozenset(number for number, influence in enumerate(found) if influence.problems)
+    print_table(Table(_HEADER, tuple(map(_row, found)), labels=2, asked=2, failed=failed))
     note(
         "change: mean over the cases, with ±. Below each effect: what leaves it out, and the range of the cases' changes, "
         "noise included. seconds ×: without it, over everything"
@@ -258,23 +277,32 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
 def _verdict(found: Sequence[Influence], tolerance: float) -> Iterator[str]:
     """Effects that a number needs, does not need, and of which it is not known, each in a sentence."""
     needed, negligible, unknown = (", ".join(effects) for effects in find_verdict(found, tolerance))
-    within = f"within {tolerance:.2g} ([target] within)" if tolerance else "beyond 2 ± ([target] within asks for less)"
+    within = "beyond 2 ± ([target] within asks for less)"
+    small = "not seen"
+    if tolerance:
+        within = f"within {tolerance:.2g} ([target] within)"
+        small = "not needed"
     if needed:
         yield f"needed, {within}: {needed}"
     if negligible:
-        yield f"{'not needed' if tolerance else 'not seen'}, {within}: {negligible}"
+        yield f"{small}, {within}: {negligible}"
     if unknown:
         yield f"not known, {within}: {unknown}; more --members tell"
 
 
-def _row(each: Influence) -> tuple[str, ...]:
-    change, seconds, (least, *_, most) = "–", "–", (*each.changes, each.changes[-1])
-    if math.isfinite(each.change):
-        change = f"{each.change:+.2g} ± {_share(each.uncertainty)}" if least.change or most.change else "0"
-        seconds = f"{each.seconds:.2g}"
-    cases = f"{least.change:+.2g} in case {least.where} to {most.change:+.2g} in case {most.where}"
-    sentences = [each.setting, *([cases] if least.change < most.change else []), *each.problems[:1]]
-    return each.effect, each.variable, change, seconds, "; ".join(sentences)
+def _row(influence: Influence) -> tuple[str, ...]:
+    least, most = influence.changes[0], influence.changes[-1]
+    change = seconds = "–"
+    if math.isfinite(influence.change):
+        change = f"{influence.change:+.2g} ± {_share(influence.uncertainty)}"
+        seconds = f"{influence.seconds:.2g}"
+        if least.change == most.change == 0.0:
+            change = "0"
+    sentences = [influence.setting]
+    if least.change < most.change:
+        sentences.append(f"{least.change:+.2g} in case {least.where} to {most.change:+.2g} in case {most.where}")
+    sentences += influence.problems[:1]
+    return influence.effect, influence.variable, change, seconds, "; ".join(sentences)
 
 
 def _share(uncertainty: float, digits: str = ".1g") -> str:
@@ -296,10 +324,11 @@ def explain_case(
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
     into = results_folder(campaign, out)
-    seconds = sum(map(read_task_times(into, *shard_folders(into)).seconds, make_partial_plan(manifest, [case]).tasks))
+    measured = read_task_times(into, *shard_folders(into))
+    seconds = sum(map(measured.seconds, make_partial_plan(manifest, [case]).tasks))
     label = summary.label_text(case.parameters, manifest.stated_scales)
-    rough = _roughness_lines(case.case, "slip" in manifest.stages)
-    print_sentences([f"case {label}", f"estimated time of its computation: {roughly(seconds)}", rough])
+    roughness = _roughness_lines(case.case, "slip" in manifest.stages)
+    print_sentences([f"case {label}", f"estimated time of its computation: {roughly(seconds)}", roughness])
     scenes = select_scenes(manifest, [case], SHOWN)
     _explain(into / file.FILE, manifest, parameters, case, roughly(4.0 * seconds), math.inf if show_grid else SECONDS)
     if show_effects:
@@ -312,13 +341,14 @@ def _explain(
     """Print the errors of a computed case's main number, the largest first, and the errors of its other numbers."""
     if path.is_file():
         with file.reading(path) as found:
-            if is_of(found, manifest):
+            if has_manifest(found, manifest):
                 case = single(found, assignments(parameters))
                 ranked = ranking(case, manifest, of, cost, most, path.parent)
                 if ranked:
                     note(f"what decides {ranked.title}, the largest first:")
                     print_table(ranked.table)
-                print_sentences(error_lines(case, cost, SHOWN, (ranked.variable,) if ranked else ()))
+                apart = (ranked.variable,) if ranked else ()
+                print_sentences(error_lines(case, cost, SHOWN, apart))
                 return
     note("not computed yet: afterwards explain ranks what decides its main number")
 
@@ -333,11 +363,13 @@ def _roughness_lines(case: Case, slides: bool) -> str:
     slope, missed = roughness_slopes(image, case.slab.spacing)
     if not slope:
         return ""
-    said = f"roughness: nodes miss {missed / slope:.0%} of its slope; plateaus are {MISSING}"
-    if missed <= MISSED * slope or not (nodes := resolving_nodes(image)):
-        return said
-    times = _seconds(replace(case, slab=replace(case.slab, n_x=nodes)), slides) / _seconds(case, slides)
-    return f"{said}; n_x = {nodes} resolves it, in {times:.2g} × the time of this grid"
+    sentence = f"roughness: nodes miss {missed / slope:.0%} of its slope; plateaus are {MISSING}"
+    nodes = resolving_nodes(image)
+    if missed <= MISSED * slope or not nodes:
+        return sentence
+    finer = replace(case, slab=replace(case.slab, n_x=nodes))
+    ratio = _seconds(finer, slides) / _seconds(case, slides)
+    return f"{sentence}; n_x = {nodes} resolves it, in {ratio:.2g} × the time of this grid"
 
 
 def _seconds(case: Case, slides: bool) -> float:
@@ -363,8 +395,15 @@ BRIEF: Final[Mapping[str, tuple[str, ...]]] = {
         "contact_half_width",
     ),
     "dynamics": (
-        *("static_friction", "kinetic_friction", "regime", "critical_velocity"),
-        *("stick_slip_period", "spring_force_amplitude", "surface_stiffness", "contact_half_width", "record_spacings"),
+        "static_friction",
+        "kinetic_friction",
+        "regime",
+        "critical_velocity",
+        "stick_slip_period",
+        "spring_force_amplitude",
+        "surface_stiffness",
+        "contact_half_width",
+        "record_spacings",
     ),
 }
 """Last stage, or a path -> the numbers that its question calls for."""
@@ -377,32 +416,35 @@ def _show_case(case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, name
     if lines and variables.are_means(case):
         note("lines are those of the first member")
     if picture:
-        _draw().write_and_note({picture: _draw().drawn(lines, picture)})
+        _draw().write_and_note({picture: _draw().draw_lines(lines, picture)})
     else:
         print_lines(lines)
-    if found := inertial_range(case):
-        least, most, holds = found
+    inertial = inertial_range(case)
+    if inertial:
+        least, most, holds = inertial
         alone = f"{least:.3g} to {most:.3g}, is not friction alone: the contact holds {holds:.3g}"
         stuck = Ending.NO_SLIP.value == case["drive_outcome"].item()  # whose advice is to pull harder
         advice = "" if stuck else "; lower stage_velocity, spring_stiffness or pin_mass"
         note(f"the spring force over load, {alone}, the rest is inertia and damper{advice}")
-    if lines and not names and (answer := summary.answer(case)):  # which has scrolled away
-        note(answer)
+    if lines and not names:  # the answer has scrolled away
+        note(summary.answer(case))
 
 
 def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]) -> None:
     """Print parameters, outcome and numbers of a case, all or only these; several drives as rows."""
     values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
     scales = read_scales(dataset.attrs)
-    in_si = [f"in SI: {si_line(scales, values, {})}"] if scales else []
-    driven = drive_sizes({name: (values[name],) for name in drive_parameters().keys() & values.keys()})
-    endings = summary.ending_lines(case, brief=bool(names))
-    drive = [f"drive: {', '.join(driven)}"] if driven else []
-    print_sentences([f"case {_label(case, dataset)}", *in_si, *drive, *endings])
+    sentences = [f"case {_label(case, dataset)}"]
+    if scales:
+        sentences.append(f"in SI: {si_line(scales, values, {})}")
+    sizes = drive_sizes({name: (values[name],) for name in drive_parameters().keys() & values.keys()})
+    if sizes:
+        sentences.append(f"drive: {', '.join(sizes)}")
+    print_sentences([*sentences, *summary.ending_lines(case, brief=bool(names))])
     table, others = summary.case_table(case, names)
     if table.rows:
         print_table(table)
-    print_sentences(f"{why}: {', '.join(there)}" for why, there in others.items())
+    print_sentences(f"{reason}: {', '.join(lacking)}" for reason, lacking in others.items())
     if "drive_outcome" in case and case["drive_outcome"].dims:
         note("several drives; drive=NAME, or values of their parameters, shows one:")
         print_table(summary.scalar_table(case, why=False))
@@ -411,16 +453,19 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
 
 def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
     """Parameters that distinguish a case from the dataset's others; the standard ones always."""
-    apart = {
-        *_NAMES,
-        *(each.name for each in variables.si_coordinates().values()),
-    }  # sizes in SI have a line of their own
-    names = [str(name) for name, each in case.coords.items() if not each.dims and name not in apart]
-    told = [name for name in names if name in STANDARD or len(set(dataset[name].values.ravel().tolist())) > 1]
+    sizes = {coordinate.name for coordinate in variables.si_coordinates().values()}  # they have a line of their own
+    names = [str(name) for name, values in case.coords.items() if not values.dims]
+    parameters = [name for name in names if name not in _NAMES and name not in sizes]
+    shown = [name for name in parameters if name in STANDARD or _varies(dataset[name])]
     if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius
-        told = ["half_width" if name == "radius" else name for name in told if name not in ("pin", "half_width")]
-        told.insert(0, "pin")
-    return summary.label_text({name: case[name].item() for name in told if not case[name].isnull()})
+        others = [name for name in shown if name not in ("pin", "half_width")]
+        shown = ["pin", *("half_width" if name == "radius" else name for name in others)]
+    return summary.label_text({name: case[name].item() for name in shown if not case[name].isnull()})
+
+
+def _varies(coordinate: xr.DataArray) -> bool:
+    """True if cases of a dataset differ in a coordinate."""
+    return len(set(coordinate.values.ravel().tolist())) > 1
 
 
 def _draw() -> Any:

@@ -45,7 +45,9 @@ def _finite(value: Any) -> Any:
         return {str(key): _finite(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
         return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
 
 
 def _plain(value: Any) -> Any:
@@ -65,7 +67,7 @@ def refusals(*more: type[Exception]) -> Iterator[None]:
         raise Refusal(str(error)) from error
 
 
-def planned(campaign: Path) -> Plan:
+def plan_campaign(campaign: Path) -> Plan:
     """The plan of a campaign file. Raises ManifestError."""
     manifest = load_manifest(campaign)
     cases = manifest.case_count
@@ -96,11 +98,11 @@ def idle_lines(plan: Plan) -> list[str]:
 
 
 def _drive_lines(manifest: Manifest) -> Iterator[str]:
-    if left_out := manifest.drives_left_out:
-        yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
-    heavy = [each for each in manifest.drives if each.drive and MASS not in each.given]
+    if manifest.drives_left_out:
+        yield f'drives left out, as stages leave out "dynamics": {", ".join(manifest.drives_left_out)}'
+    heavy = [drive for drive in manifest.drives if drive.drive and MASS not in drive.given]
     if manifest.stated_scales and heavy and heavy[0].drive:
-        names = ", ".join(dict.fromkeys(each.name for each in heavy))
+        names = ", ".join(dict.fromkeys(drive.name for drive in heavy))
         yield f"pin_mass = {heavy[0].drive.pin_mass:g} kg by default, of a laboratory's pin: {names}"
 
 
@@ -155,18 +157,28 @@ def standing(
     out: folder of the results, None for the campaign's own. measure: times of tasks; None: from the journals there.
     sized: whether bytes of all tasks are estimated.
     """
-    into, plan = results_folder(campaign, out), planned(campaign)
-    stores = tuple(Store(each, whole=False) for each in (into, *shard_folders(into)))
+    into, plan = results_folder(campaign, out), plan_campaign(campaign)
+    stores = tuple(Store(folder, whole=False) for folder in (into, *shard_folders(into)))
     metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
     rest = tasks_to_do(plan, failures, {key: meta.origins for key, meta in metas.items()})
     measured = measure(plan) if measure else read_task_times(into, *shard_folders(into))
     counts = kind_counts(plan.tasks if sized else plan.distinct, rest.tasks, rest.given_up)
     seconds = {kind: measured.factor(kind) * count.core_seconds_left for kind, count in counts.items()}
-    kinds = {kind: replace(count, core_seconds_left=seconds[kind]) for kind, count in counts.items()}
-    finished, failed = ({key: each.outcome for key, each in found.items()} for found in (metas, failures))
-    outcomes = plan.outcomes(finished, failed)
-    return Standing(campaign, into, plan, stores, kinds, rest.tasks, rest.given_up, rest.foreign, measured, outcomes)
+    finished = {key: meta.outcome for key, meta in metas.items()}
+    failed = {key: attempt.outcome for key, attempt in failures.items()}
+    return Standing(
+        campaign=campaign,
+        into=into,
+        plan=plan,
+        stores=stores,
+        kinds={kind: replace(count, core_seconds_left=seconds[kind]) for kind, count in counts.items()},
+        remaining=rest.tasks,
+        given_up=rest.given_up,
+        foreign=rest.foreign,
+        measured=measured,
+        outcomes=plan.outcomes(finished, failed),
+    )
 
 
 def command_text(command: str, campaign: Path, into: Path, *options: str) -> str:
@@ -202,16 +214,19 @@ def measure_tasks(plan: Plan) -> MeasuredTimes:
     from nanoslip.study.accuracy.effects import Done, compute_tasks  # noqa: PLC0415  few plans are measured
 
     places = {task.key: place for place, task in enumerate(plan.tasks)}
-    chosen: dict[str, list[Task]] = {}
+    chains: dict[str, list[Task]] = {}
     for task in sorted(plan.tasks, key=lambda task: task.cost):
-        chain = [plan.tasks[place] for place in sorted(map(places.__getitem__, plan.with_needs([task.key])))]
-        if sum(each.cost for each in chain) <= LONGEST:
-            chosen[task.kind] = chain
-    tasks = [("", task) for task in {task.key: task for chain in chosen.values() for task in chain}.values()]
-    found, done = MeasuredTimes(), Done()
+        needed = sorted(places[key] for key in plan.with_needs([task.key]))
+        chain = [plan.tasks[place] for place in needed]
+        if sum(link.cost for link in chain) <= LONGEST:
+            chains[task.kind] = chain
+    distinct = {task.key: task for chain in chains.values() for task in chain}
+    tasks = [("", task) for task in distinct.values()]
+    times, done = MeasuredTimes(), Done()
     with threadpoolctl.threadpool_limits(limits=1):
         compute_tasks(tasks, {})  # loads libraries and compiles kernels
         compute_tasks(tasks, done)
-    for _, task in tasks:
-        found.learn(task, TASK + done[task.key][1])
-    return found
+    for task in distinct.values():
+        _, seconds = done[task.key]
+        times.learn(task, TASK + seconds)
+    return times

@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import tomllib
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -35,7 +34,8 @@ def list_campaigns(as_json: bool) -> None:
     """Print name and title of each campaign that comes with nanoslip."""
     found = shipped.campaign_files()
     if as_json:
-        plans.print_json([{"name": name, "title": read_title(path), "file": str(path)} for name, path in found.items()])
+        campaigns = [{"name": name, "title": read_title(path), "file": str(path)} for name, path in found.items()]
+        plans.print_json(campaigns)
         return
     print_titles(found)
     note(f"{whole('nanoslip run NAME')} computes one; the files are in {whole(shipped.folder('campaigns'))}")
@@ -68,11 +68,12 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
     # The files that a starter names are those of its name.
     beside = [path for path in source.parent.glob(f"{source.stem}.*") if path != source]
     copies = {source: target} | {path: target.with_name(path.name) for path in beside}
-    if taken := [str(copy) for copy in copies.values() if copy.exists()]:
-        raise Refusal(f"{', '.join(taken)}: there already, and is not overwritten: needs another name")
+    existing = [str(copy) for copy in copies.values() if copy.exists()]
+    if existing:
+        raise Refusal(f"{', '.join(existing)}: there already, and is not overwritten: needs another name")
     write_files({copy: path.read_bytes() for path, copy in copies.items()})
-    then = "; ".join(whole(f"nanoslip {each} {target}") for each in ("check", "run"))
-    note(f"{whole(f'written: {target}')}; change it, then: {then}")
+    check, run = whole(f"nanoslip check {target}"), whole(f"nanoslip run {target}")
+    note(f"{whole(f'written: {target}')}; change it, then: {check}; {run}")
 
 
 # `nanoslip check`: every problem of campaign files, or what each would compute in a line.
@@ -84,13 +85,13 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
     problems: list[Problem] = []
     for campaign in campaigns:
         try:
-            plan = plans.planned(campaign)
+            plan = plans.plan_campaign(campaign)
             note(_report_counts(campaign, plan))
-            scaled = [_in_si(plan)] if plan.manifest.stated_scales else []
-            print_sentences([*_axes(plan), *scaled, *plans.idle_lines(plan), *plans.ball_lines(plan)])
+            sizes = [_si_sentence(plan)] if plan.manifest.stated_scales else []
+            print_sentences([*_axes(plan), *sizes, *plans.idle_lines(plan), *plans.ball_lines(plan)])
             outlook = expectations.plan_outlook(plan)
             expected = [f"expected: {line}" for line in expectations.flag_prediction_lines(plan, outlook)]
-            refused = [f"refused: {line}" for line in _refused(plan)]
+            refused = [f"refused: {line}" for line in _refusals(plan)]
             print_sentences([*expectations.duration_lines(plan), *expected, *refused])
         except ManifestError as error:
             problems += error.problems
@@ -107,7 +108,8 @@ def _report_counts(campaign: Path, plan: Plan) -> str:
 
 def _with_refused(found: Sequence[CampaignCase | CampaignDrive], what: str, members: str = "") -> str:
     refused = sum(not each.outcome.ok for each in found)
-    return f"{plans.plural(len(found), what)}{members}" + (f" ({refused} of them refused)" if refused else "")
+    remark = f" ({refused} of them refused)" if refused else ""
+    return f"{plans.plural(len(found), what)}{members}{remark}"
 
 
 FEW: Final = 8
@@ -116,19 +118,24 @@ FEW: Final = 8
 
 def _axes(plan: Plan) -> Iterator[str]:
     """The values of each axis, as they were read: `[0,5]` is 0 and 5; and as they were written, if in units."""
-    text = from_toml(plan.manifest.text)
-    written = {**text.get("axes", {}), **text.get("drive_axes", {})}
+    document = from_toml(plan.manifest.text)
+    texts = {**document.get("axes", {}), **document.get("drive_axes", {})}
     for name, values in {**plan.manifest.axes, **plan.manifest.drive_axes}.items():
         word = words_by_name().get(name, name)
-        given = written.get(word, [])
-        read = ", ".join(_few(values))
-        in_units = isinstance(given, list) and any(map(has_unit, given))
-        yield f"{word}: {', '.join(_few(given))} (read as {read})" if in_units else f"{word}: {read}"
+        text = texts.get(word, [])
+        has_units = isinstance(text, list) and any(map(has_unit, text))
+        if has_units:
+            yield f"{word}: {_list_few(text)} (read as {_list_few(values)})"
+        else:
+            yield f"{word}: {_list_few(values)}"
 
 
-def _few(values: Sequence[Value]) -> list[str]:
-    said = [label_value(value) for value in values]
-    return said if len(said) <= FEW else [*said[: FEW // 2], "…", *said[-2:], f"({len(said)} values)"]
+def _list_few(values: Sequence[Value]) -> str:
+    """All of a few values, the first and the last of many with their number."""
+    labels = [label_value(value) for value in values]
+    if len(labels) > FEW:
+        labels = [*labels[: FEW // 2], "…", *labels[-2:], f"({len(labels)} values)"]
+    return ", ".join(labels)
 
 
 # `nanoslip plan`: tasks, time, disk, effects and expected flags of a campaign, before anything is computed.
@@ -149,25 +156,33 @@ def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool
 
 def _print(found: plans.Standing, ranks: int) -> None:
     plan, outlook = found.plan, expectations.plan_outlook(found.plan)
-    print_sentences([plan.manifest.title, *_cases(plan), *_axes(plan), _in_si(plan)])
+    print_sentences([plan.manifest.title, *_cases(plan), *_axes(plan), _si_sentence(plan)])
     print_sentences([*plans.idle_lines(plan), *expectations.duration_lines(plan)])
-    not_on = {name: each for name, each in read_effect_switches(plan.manifest).items() if each != "on"}
-    off = (name if each == "off" else f"{name} ({each})" for name, each in not_on.items())
-    note(f"effects that are off or vary: {', '.join(off) or 'none'}")
+    note(f"effects that are off or vary: {', '.join(_effects_not_on(plan)) or 'none'}")
     print_table(_kinds(found, _CELLS))
     results, dataset = map(_mega, expectations.disk_of_plan(plan))
     disk = f"disk: about {results} MB of results, {dataset} MB of dataset"
     print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), disk, expectations.span_line(outlook)])
-    for what, lines in (
-        ("expected", expectations.flag_prediction_lines(plan, outlook)),
-        ("refused", _refused(plan)),
-        ("does not fit here", expectations.shortages(plan, found.remaining)),
-    ):
-        print_sentences(f"{what}: {line}" for line in lines)
+    cautions = {
+        "expected": expectations.flag_prediction_lines(plan, outlook),
+        "refused": _refusals(plan),
+        "does not fit here": expectations.shortages(plan, found.remaining),
+    }
+    for caution, lines in cautions.items():
+        print_sentences(f"{caution}: {line}" for line in lines)
     plans.print_foreign(found.foreign, found.campaign, found.into)
 
 
-def _in_si(plan: Plan) -> str:
+def _effects_not_on(plan: Plan) -> Iterator[str]:
+    """Effects that are off, and those that vary, with how."""
+    for name, switch in read_effect_switches(plan.manifest).items():
+        if switch == "off":
+            yield name
+        elif switch != "on":
+            yield f"{name} ({switch})"
+
+
+def _si_sentence(plan: Plan) -> str:
     return f"in SI: {si_line(plan.manifest.scales, plan.manifest.fixed, plan.manifest.axes)}"
 
 
@@ -192,7 +207,10 @@ _CELLS: Final[Mapping[str, Callable[[KindCount], str]]] = {
 
 
 def _kinds(found: plans.Standing, columns: Iterable[str]) -> Table:
-    rows = ((kind, *(_CELLS[each](count) for each in columns)) for kind, count in found.kinds.items())
+    rows = []
+    for kind, count in found.kinds.items():
+        cells = [_CELLS[title](count) for title in columns]
+        rows.append((kind, *cells))
     return Table(("tasks", *columns), tuple(rows))
 
 
@@ -208,15 +226,19 @@ def _time(found: plans.Standing, ranks: int) -> str:
     """Remaining time on one rank and on several, and its uncertainty."""
     tasks = found.remaining
     if not tasks:
-        return f"time left: none, {'all tasks are finished' if found.plan.distinct else 'there is nothing to compute'}"
-    count, ensemble = found.measured.tasks({task.kind for task in tasks}), found.plan.manifest.ensemble
+        reason = "all tasks are finished" if found.plan.distinct else "there is nothing to compute"
+        return f"time left: none, {reason}"
+    count = found.measured.tasks({task.kind for task in tasks})
+    ensemble = found.plan.manifest.ensemble
     guess = 1.0 if count else GUESS
     most = guess if ensemble.within is None else guess * ensemble.members / ensemble.likely
-    times = (makespan(tasks, number, found.measured.seconds) for number in (1, ranks))
-    alone, together = (_range(each / guess, each * most) for each in times)
-    several = f", {together} on {ranks} (--ranks for another number)" if ranks > 1 else ""
-    known = f"by what {plans.plural(count, 'task')} took" if count else "a first guess"
-    return f"time left: {alone} on 1 rank{several}, {known}"
+    one_rank = makespan(tasks, 1, found.measured.seconds)
+    text = f"time left: {_range(one_rank / guess, one_rank * most)} on 1 rank"
+    if ranks > 1:
+        time = makespan(tasks, ranks, found.measured.seconds)
+        text += f", {_range(time / guess, time * most)} on {ranks} (--ranks for another number)"
+    source = f"by what {plans.plural(count, 'task')} took" if count else "a first guess"
+    return f"{text}, {source}"
 
 
 GUESS: Final = 10.0
@@ -236,30 +258,32 @@ def _ensembles(found: plans.Standing) -> Iterator[str]:
         yield f"estimated for {ensemble.likely} members of each case; {known}"
 
 
-def _refused(plan: Plan) -> Iterator[str]:
+def _refusals(plan: Plan) -> Iterator[str]:
     """One line for each reason of a refusal: the first case or drive that has it, and how many more."""
-    every: tuple[CampaignCase | CampaignDrive, ...] = (*plan.cases, *plan.manifest.drives)
-    refused = [each for each in every if not each.outcome.ok]
-    first = {each.outcome.message: each for each in reversed(refused)}
-    for message, count in Counter(each.outcome.message for each in refused).items():
-        each = first[message]
-        where = each.point if isinstance(each, CampaignCase) else f"drive {each.label}"
-        yield f"{where}: {message}" + (f" (and {count - 1} more)" if count > 1 else "")
+    groups: dict[str, list[CampaignCase | CampaignDrive]] = {}
+    items: tuple[CampaignCase | CampaignDrive, ...] = (*plan.cases, *plan.manifest.drives)
+    for item in items:
+        if not item.outcome.ok:
+            groups.setdefault(item.outcome.message, []).append(item)
+    for message, refused in groups.items():
+        first = refused[0]
+        where = first.point if isinstance(first, CampaignCase) else f"drive {first.label}"
+        more = f" (and {len(refused) - 1} more)" if len(refused) > 1 else ""
+        yield f"{where}: {message}{more}"
 
 
 def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
     """The plan for scripts."""
     plan = found.plan
     results, dataset = expectations.disk_of_plan(plan)
-    refused = [{"case": each.parameters, "message": each.outcome.message} for each in plan.cases if not each.case]
-    drives = [(each.label, "" if each.drive else each.outcome.message) for each in plan.manifest.drives]
+    refused = [{"case": case.parameters, "message": case.outcome.message} for case in plan.cases if not case.case]
     times = {number: makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})}
     return {
         "title": plan.manifest.title,
         "cases": len(plan.cases),
         "members": plan.manifest.ensemble.members,
         "refused": refused,
-        "drives": [{"drive": label, "refused": message} for label, message in drives],
+        "drives": list(map(_drive_data, plan.manifest.drives)),
         "effects": read_effect_switches(plan.manifest),
         "tasks": found.kinds,
         "seconds_left": times,
@@ -269,6 +293,11 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
         "does_not_fit": list(expectations.shortages(plan, found.remaining)),
         "foreign_results": len(found.foreign),
     }
+
+
+def _drive_data(drive: CampaignDrive) -> dict[str, str]:
+    """A drive for scripts, and why it is refused, if it is."""
+    return {"drive": drive.label, "refused": "" if drive.drive else drive.outcome.message}
 
 
 def _mega(number: float) -> str:
@@ -301,11 +330,13 @@ def _tables(found: plans.Standing) -> tuple[Table, Table]:
     """Tasks by kind, and cases and drives by outcome."""
     cases, drives = ended(found.plan, found.outcomes)
     words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word in _UNHURT, word))
-    header = ("outcome", "cases", "drives") if drives else ("outcome", "cases")
-    rows = [(word, str(cases[word]), str(drives[word]))[: len(header)] for word in words]
+    columns = {"outcome": words, "cases": [str(cases[word]) for word in words]}
+    if drives:
+        columns["drives"] = [str(drives[word]) for word in words]
+    rows = tuple(zip(*columns.values(), strict=True))
     failed = frozenset(number for number, word in enumerate(words) if word not in (_COMPLETED, *_UNHURT))
     tasks = _kinds(found, ("finished", "left", "core time left", "all"))
-    return tasks, Table(header, tuple(rows), len(header), failed)
+    return tasks, Table(tuple(columns), rows, len(columns), failed)
 
 
 def _status_data(found: plans.Standing) -> dict[str, Any]:
@@ -343,7 +374,8 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
             texts = {into / "job.sh": script(job, settings, template)}
         else:
             array = array_script(job, shards, settings, template)
-            texts = {into / "array.sh": array, into / "merge.sh": merge_script(job, settings, template)}
+            merge = merge_script(job, settings, template)
+            texts = {into / "array.sh": array, into / "merge.sh": merge}
         # Logs are opened in their folder before anything runs.
         write_files({path: os.fsencode(text) for path, text in texts.items()})
     print_sentences(_idle(found, settings.tasks * (shards or 1)), stderr=True)
@@ -351,9 +383,11 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
         note(f"settings: {whole(used)}; copy the file, change it and give it by --site")
     if submit:
         sys.exit(_submit(list(texts)))
-    first, *then = map(str, texts)
-    said = f"{whole(first)}: sbatch it, or use --submit"
-    note(f"{said}; {whole(then[0])} behind it: sbatch --dependency=afterany:NUMBER" if then else said)
+    first, *later = map(str, texts)
+    advice = f"{whole(first)}: sbatch it, or use --submit"
+    if later:
+        advice += f"; {whole(later[0])} behind it: sbatch --dependency=afterany:NUMBER"
+    note(advice)
 
 
 def _plain(path: Path) -> Path:
@@ -367,8 +401,10 @@ def _idle(found: plans.Standing, ranks: int) -> Iterator[str]:
     if not tasks:
         yield "nothing to submit: all tasks are finished"
         return
-    alone, shortest = (makespan(tasks, number, found.measured.seconds) for number in (1, len(tasks)))
-    if ranks > (useful := math.ceil(alone / shortest)):
+    alone = makespan(tasks, 1, found.measured.seconds)
+    shortest = makespan(tasks, len(tasks), found.measured.seconds)
+    useful = math.ceil(alone / shortest)
+    if ranks > useful:
         yield f"{ranks} ranks: only about {useful} can be at work, on {plans.plural(len(tasks), 'task')} left"
 
 

@@ -305,8 +305,10 @@ def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
     """
     if len(places) <= most:
         return list(range(len(places)))
-    columns = [list(map(itemgetter(name), places)) for name in places[0]]
-    shares = np.array([_axis_shares(values, most) for values in columns or [range(len(places))]])
+    columns: list[Sequence[Any]] = [list(map(itemgetter(name), places)) for name in places[0]]
+    if not columns:
+        columns = [range(len(places))]
+    shares = np.array([_axis_shares(values, most) for values in columns])
     parts = shares.astype(np.int64)
     distance = np.abs(shares % 1.0 - 0.5).sum(axis=0)
     cost, taken = np.zeros(len(places)), np.zeros(len(places), np.bool_)

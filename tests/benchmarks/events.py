@@ -9,7 +9,7 @@ import numpy as np
 from nanoslip import Case, Slab, surface_compliance
 from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.sliding.slide import slide, slide_to_state
-from nanoslip.study.commands.plans import planned
+from nanoslip.study.commands.plans import plan_campaign
 from nanoslip.study.run.compute import run_task
 from tests.benchmarks.scale import campaign_of
 from tests.benchmarks.table import Row, at_most, best, seconds, versus
@@ -54,7 +54,7 @@ def _stretch(case: Case) -> tuple[float, int, int]:
 def _task() -> float:
     """Processor seconds of a task, the mean over a campaign whose compliances are there."""
     with TemporaryDirectory() as folder:
-        plan = planned(campaign_of(TASKS, Path(folder)))
+        plan = plan_campaign(campaign_of(TASKS, Path(folder)))
     results = {task.key: run_task(task, {}) for task in plan.tasks if task.kind == "compliance"}
     records = [(task, {key: results[key] for key in task.needs}) for task in plan.tasks if task.kind == "record"]
 

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from nanoslip.study.commands.plans import planned
+from nanoslip.study.commands.plans import plan_campaign
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.compute import run_task
@@ -100,7 +100,7 @@ def _out(campaign: Path) -> Path:
 
 def _finish(campaign: Path) -> None:
     """Make up the results of a campaign: those of its first tasks, with another plateau each, for all."""
-    plan, store = planned(campaign), Store(_out(campaign))
+    plan, store = plan_campaign(campaign), Store(_out(campaign))
     store.prepare()
     first: dict[str, TaskResult] = {}
     for number, task in enumerate(plan.tasks):
