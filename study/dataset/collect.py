@@ -170,7 +170,7 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
 
 
 def _exclusions(kinds: frozenset[str]) -> tuple[Exclusion, ...]:
-    """What says which parameters change no result of a campaign with these kinds of task."""
+    """The exclusions of parameters that change no result of a campaign with these kinds of task."""
     if "record" in kinds:
         return OF_ALL
     return OF_PATH if "path" in kinds else OF_CONTACT
@@ -392,7 +392,7 @@ def _names(parts: tuple[Origins, ...]) -> str:
 
 
 def _empty_value(variable: Quantity) -> Any:
-    """What a variable holds of a case without a result."""
+    """Value of a variable for a case without a result."""
     if variable.words:
         return ""
     return np.int32(0) if variable.whole else np.nan
