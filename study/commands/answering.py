@@ -90,7 +90,7 @@ def friction_answer(
 
 
 def _error_remarks(case: xr.Dataset, names: Collection[str]) -> str:
-    """What the ± of these numbers comprises, or why they have none, in brackets."""
+    """Parts of the ± of these numbers, or the reason why they have none, in brackets."""
     errors = [float(case.get(f"{name}_uncertainty", 0.0)) for name in names]
     remarks = ["± by starts alone"] if any(0.0 < error < math.inf for error in errors) else []
     remarks += filter(None, [missing_error_reasons(case, names)])
