@@ -146,9 +146,10 @@ def drive_parameters() -> Mapping[str, Parameter]:
 def drive_sizes(given: Mapping[str, Sequence[Any]]) -> list[str]:
     """Pin mass, spring, damping and stage velocity of drives in SI, as `m = 500 g`; missing ones are left out."""
     lines = []
-    for name, stated in drive_parameters().items():
+    symbolic = {name: stated for name, stated in drive_parameters().items() if stated.symbol}  # others may be words
+    for name, stated in symbolic.items():
         values = [value for value in given.get(name, ()) if math.isfinite(value)]
-        if stated.symbol and values:
+        if values:
             unit = "" if stated.unit == "1" else as_written(stated.unit)
             lines.append(f"{stated.symbol} = {span(values, unit)}")
     return lines
