@@ -205,11 +205,11 @@ def _contacts_at_turns(
     states: list[ContactState] = []
     wanted, numbers = set(turns), itertools.count()
 
-    def keep_wanted(state: ContactState) -> None:
+    def keep_event(state: ContactState) -> None:
         if next(numbers) in wanted:
             states.append(state)
 
-    path = follow(case, compliance, keep_wanted)
+    path = follow(case, compliance, keep_event)
     return states, path
 
 
