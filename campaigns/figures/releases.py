@@ -33,8 +33,8 @@ def of_starts(dataset: xr.Dataset, variable: str, load: float, strength: float) 
 
 def share_of_limit(dataset: xr.Dataset, load: float, strength: float) -> float:
     """The strength over the mean limit by pressure, μ_i·W/area, mean over starts."""
-    width = of_starts(dataset, "initial_contact_size", load, strength).mean() / (dataset["n_x"].item() - 1)
-    return strength * width / (dataset["intrinsic_friction"].item() * load)
+    width = float(of_starts(dataset, "initial_contact_size", load, strength).mean()) / (int(dataset["n_x"].item()) - 1)
+    return strength * width / (float(dataset["intrinsic_friction"].item()) * load)
 
 
 def plateau(dataset: xr.Dataset, load: float, strength: float) -> Floats:
