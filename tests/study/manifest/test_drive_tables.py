@@ -6,7 +6,7 @@ import pytest
 
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.outcome import Ending, InvalidInput
-from nanoslip.study.manifest.manifest import NamedDrive, drive_parameters
+from nanoslip.study.manifest.manifest import NamedDrive, drive_parameters, drive_sizes
 from nanoslip.study.manifest.problems import ManifestError
 from tests.study.manifest.problems import lines_of
 from tests.study.manifest.test_reader import said
@@ -150,3 +150,8 @@ def test_a_duration_in_periods_is_that_many_of_the_pin_on_its_spring(tmp_path):
         NamedDrive.of("a", stage_travel=1, stage_velocity=0)
     with pytest.raises(InvalidInput, match=r"duration_periods = 3: .*duration = 1"):
         Drive.from_si(duration_periods=3, duration=1)
+
+
+def test_the_sizes_of_a_drive_are_its_numbers_with_a_symbol_and_its_words_are_none():
+    chosen = {"integrator": ("exact",), "memory": (True,), "spring_stiffness": (200e3,), "stage_velocity": (1e-3, 2e-3)}
+    assert drive_sizes(chosen) == ["k = 200 kN/m", "V_o = 1 mm/s to 2 mm/s"]
