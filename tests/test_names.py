@@ -28,7 +28,7 @@ IRREGULAR = split_words(
 )
 """Participles that are no verbs in another form, and do not end in -ed."""
 VERBS = frozenset({"need", "feed", "exceed", "proceed", "embed"})
-MOST_PRIVATE = 0.075
+MOST_PRIVATE = 0.055
 """Share of private names: what is left of an older way to name. It may fall, never rise."""
 
 
