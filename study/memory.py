@@ -17,10 +17,12 @@ def address_limit() -> float:
 def is_shortage(error: BaseException) -> bool:
     """True if an error comes from too little memory.
 
-    A library that finds no room is an ImportError, or an OSError without a number: no other reason is likely under a limit.
+    A library that finds no room is an ImportError, or an OSError without a number: no other reason is likely under a limit. A
+    thread that finds no room for its stack is a RuntimeError of these words.
     """
     unnumbered = isinstance(error, ImportError) or (isinstance(error, OSError) and error.errno is None)
-    return isinstance(error, MemoryError) or (unnumbered and address_limit() < math.inf)
+    threadless = isinstance(error, RuntimeError) and str(error) == "can't start new thread"
+    return isinstance(error, MemoryError) or ((unnumbered or threadless) and address_limit() < math.inf)
 
 
 def describe_shortage() -> str:

@@ -93,7 +93,7 @@ def make_record(key: str) -> TaskResult:
     events, ramp, step = 300, 100, 1e-6
     before = step * np.minimum(np.arange(1.0, events + 1), ramp)
     short, counts = np.zeros(events, np.int32), np.ones(events, np.int64)
-    sizes: dict[str, Any] = dict.fromkeys(("node", "releases", "touches", "contact_size", "extent"), short)
+    sizes: dict[str, Any] = dict.fromkeys(("node", "releases", "touches", "extent"), short)
     record = FrictionRecord(
         displacement=step * np.arange(1.0, events + 1),
         force_before=before,
@@ -101,6 +101,7 @@ def make_record(key: str) -> TaskResult:
         stiffness=np.ones(events),
         kind=np.zeros(events, np.int8),
         **sizes,
+        contact_size=np.ones(events, np.int32),
         slips=counts,
         dissipated=np.zeros(events),
         node_x=np.zeros(1),
