@@ -36,6 +36,8 @@ NO_TASK: Final = 70
 """Exit code if the received object is no task of this program."""
 _DIE_WITH_PARENT: Final = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
+_RESERVE: Final = 2**23
+"""Bytes that are free again where memory runs out while a program is loaded: to report that takes some, too."""
 _VICTIM: Final = "500"
 """Value of oom_score_adj: out of memory, the kernel kills this process before its parent (0 is usual, 1000 the most)."""
 
@@ -60,13 +62,16 @@ def main(descriptor: int, last_words: int) -> None:
 def _serve(parent: "Connection[Any, Any]") -> None:
     program: Program
     program, number = parent.recv()
+    reserve = bytearray(_RESERVE)
     try:
         execute = program.load()
-    except (MemoryError, ImportError, OSError) as error:
+    except (MemoryError, ImportError, OSError, RuntimeError) as error:
         if not is_shortage(error):
             raise
+        del reserve
         parent.send(FarmError(f"a process that computes does not begin: {describe_shortage()}"))
         return
+    del reserve
     parent.send(READY)
     where, process = Worker(number, socket.gethostname()), os.getpid()
     while True:
