@@ -1,5 +1,6 @@
 """Address space that this process may use, and errors that come from too little of it."""
 
+import errno
 import math
 from contextlib import suppress
 
@@ -17,12 +18,13 @@ def address_limit() -> float:
 def is_shortage(error: BaseException) -> bool:
     """True if an error comes from too little memory.
 
-    A library that finds no room is an ImportError, or an OSError without a number: no other reason is likely under a limit. A
-    thread that finds no room for its stack is a RuntimeError of these words.
+    A library that finds no room is an ImportError, a SystemError, or an OSError without a number: no other reason is likely under
+    a limit. A thread that finds no room for its stack is a RuntimeError of these words.
     """
-    unnumbered = isinstance(error, ImportError) or (isinstance(error, OSError) and error.errno is None)
+    unnumbered = isinstance(error, ImportError | SystemError) or (isinstance(error, OSError) and error.errno is None)
     threadless = isinstance(error, RuntimeError) and str(error) == "can't start new thread"
-    return isinstance(error, MemoryError) or ((unnumbered or threadless) and address_limit() < math.inf)
+    refused = isinstance(error, OSError) and error.errno == errno.ENOMEM
+    return isinstance(error, MemoryError) or refused or ((unnumbered or threadless) and address_limit() < math.inf)
 
 
 def describe_shortage() -> str:

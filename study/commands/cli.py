@@ -591,7 +591,7 @@ def main() -> None:
         code = error.exit_code
     except click.Abort:
         code = report_abort()
-    except (MemoryError, ImportError, RuntimeError) as error:
+    except (MemoryError, ImportError, RuntimeError, SystemError) as error:
         code = _report_shortage(error)
     except OSError as error:
         if error.filename is None and error.errno != errno.ENOSPC:

@@ -65,11 +65,13 @@ def _serve(parent: "Connection[Any, Any]") -> None:
     reserve = bytearray(_RESERVE)
     try:
         execute = program.load()
-    except (MemoryError, ImportError, OSError, RuntimeError) as error:
-        if not is_shortage(error):
+    except Exception as error:
+        # Libraries that find no room raise whatever they come upon; the kind of error is named, in case it is a defect.
+        if not is_shortage(error) and address_limit() == math.inf:
             raise
         del reserve
-        parent.send(FarmError(f"a process that computes does not begin: {describe_shortage()}"))
+        kind = type(error).__name__
+        parent.send(FarmError(f"a process that computes does not begin ({kind}): {describe_shortage()}"))
         return
     del reserve
     parent.send(READY)

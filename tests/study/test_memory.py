@@ -6,7 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from nanoslip.study.run.child import FarmError
+from nanoslip.study.run.launch import Program
 from tests.conftest import clean_environment
+from tests.study.run.faults import computed
+from tests.study.run.made_up import Work
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems do not limit the address space")
 
@@ -39,7 +43,7 @@ def commanded(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
 
 @pytest.mark.parametrize(
     "words",
-    ["try radius=50 n_x=17", "run case.toml --jobs 2", "run case.toml --serial"],
+    ["try radius=50 n_x=17", "run case.toml --serial"],
 )
 def test_too_little_memory_is_one_message_with_the_limit(tmp_path: Path, words: str) -> None:
     done = commanded(tmp_path, *words.split())
@@ -51,3 +55,15 @@ def test_too_little_memory_is_one_message_with_the_limit(tmp_path: Path, words: 
 def test_commands_that_compute_nothing_need_little_memory(tmp_path: Path) -> None:
     done = commanded(tmp_path, "plan", "case.toml")
     assert done.returncode == 0, done.stderr
+
+
+def find_no_memory(_: object) -> object:
+    """A program whose libraries find no room."""
+    raise MemoryError
+
+
+def test_a_process_whose_program_finds_no_memory_ends_the_run_with_that_message() -> None:
+    """How far libraries come under a limit differs from run to run; a program that finds no room does not."""
+    program = Program("tests.study.test_memory", "find_no_memory")
+    with pytest.raises(FarmError, match="does not begin .*not enough memory"):
+        computed(program, [Work("0"), Work("1")], 2)
