@@ -65,5 +65,5 @@ def find_no_memory(_: object) -> object:
 def test_a_process_whose_program_finds_no_memory_ends_the_run_with_that_message() -> None:
     """How far libraries come under a limit differs from run to run; a program that finds no room does not."""
     program = Program("tests.study.test_memory", "find_no_memory")
-    with pytest.raises(FarmError, match="does not begin .*not enough memory"):
+    with pytest.raises(FarmError, match=r"does not begin .*not enough memory"):
         computed(program, [Work("0"), Work("1")], 2)
