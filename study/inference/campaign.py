@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Container, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -73,8 +73,10 @@ class Question:
 
         own_starts: see `start_range`; without them the cases are the campaign's own. Raises ManifestError.
         """
-        values = np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)])
-        return self._plans(values, start_range(values, self.places) if own_starts else {})
+        columns = [each.at(x[:, axis]) for axis, each in enumerate(self.ranges)]
+        values = np.column_stack(columns)
+        starts = start_range(values, self.places) if own_starts else {}
+        return self._plans(values, starts)
 
     def answer(self, compute: Compute, out: Path, most: int, why: Reasons) -> Fit:
         """Find the parameters that agree, from at most `most` computed points; finished points of the campaign are used.
@@ -86,29 +88,39 @@ class Question:
 
         def simulate(x: Floats) -> ComputedPoint:
             plans = self.plans(x)
-            return self._points(x, plans, compute(join_plans(plans)), self.same_places)
+            store = compute(join_plans(plans))
+            return self._points(x, plans, store, self.same_places)
 
         def reasons(x: Floats) -> list[str]:
-            ours = (x[:, None] == own[None]).all(axis=-1).any(axis=1)
-            plans = [*self._plans_of_some(x[ours], own_starts=False), *self._plans_of_some(x[~ours])]
-            found = [why(collect(plan, Store(out))) for plan in plans]
-            return list({cause: line for each in found for cause, line in each.items()}.values())
+            is_same = (x[:, None] == own[None]).all(axis=-1)
+            ours = is_same.any(axis=1)
+            plans = self._plans_of_some(x[ours], own_starts=False)
+            plans += self._plans_of_some(x[~ours])
+            lines: dict[Hashable, str] = {}
+            for plan in plans:
+                lines |= why(collect(plan, Store(out)))
+            return list(lines.values())
 
         before = None
         if len(own):
             plans = self.plans(own, own_starts=False)
-            before = self._points(own, plans, compute(join_plans(plans)), same_places=True)
-            before = (
-                before if np.isfinite(before.errors).any() else None
-            )  # of single starts all have the same error, unknown
+            store = compute(join_plans(plans))
+            points = self._points(own, plans, store, same_places=True)
+            # Points of single starts share one error, which is unknown.
+            if np.isfinite(points.errors).any():
+                before = points
         return search_parameters(self.targets, self.ranges, simulate, before, most, reasons)
 
     def at(self, x: Floats) -> str:
         """The campaign at a point (d,) in the unit cube, as the text of a file."""
         values = np.array([own.at(x)[axis] for axis, own in enumerate(self.ranges)])
-        places = {name: column[0] for name, column in start_range(values[None], self.places).items()}
-        document = self._with({own.name: float(value) for own, value in zip(self.ranges, values, strict=True)} | places)
-        return as_toml({**document, "outputs": {**document.get("outputs", {}), "trajectory": True}})
+        starts = start_range(values[None], self.places)
+        places = {name: column[0] for name, column in starts.items()}
+        names = [own.name for own in self.ranges]
+        parameters = dict(zip(names, values.tolist(), strict=True))
+        document = self._with(parameters | places)
+        outputs = document.get("outputs", {})
+        return as_toml(document | {"outputs": outputs | {"trajectory": True}})
 
     def list_finished_points(self, store: Store) -> Floats:
         """The campaign's own cases in these ranges that are finished, as points (n, d) in the unit cube."""
@@ -116,17 +128,22 @@ class Question:
         none = np.empty((0, len(names)))
         if not set(names) <= self.manifest.axes.keys():
             return none
-        whole, finished = make_plan(self.manifest), store.inventory()
-        left = {task.key for task in whole.remaining(finished)}
-        there = {key for key, tasks in whole.case_tasks.items() if not left & set(tasks.values())}
-        cases = [case.parameters for case in whole.cases if case.case_id in there]
-        rows = np.array([[float(each[name]) for name in names] for each in cases]).reshape(-1, len(names))
-        ends = np.array([[each.low, each.high] for each in self.ranges])
-        rows = np.unique(rows[((rows >= ends[:, 0]) & (rows <= ends[:, 1])).all(axis=1)], axis=0)
+        whole = make_plan(self.manifest)
+        left = {task.key for task in whole.remaining(store.inventory())}
+        complete = {key for key, tasks in whole.case_tasks.items() if left.isdisjoint(tasks.values())}
+        cases = [case.parameters for case in whole.cases if case.case_id in complete]
+        values = [float(each[name]) for each in cases for name in names]
+        rows = np.array(values).reshape(-1, len(names))
+        low = np.array([each.low for each in self.ranges])
+        high = np.array([each.high for each in self.ranges])
+        inside = (rows >= low) & (rows <= high)
+        rows = np.unique(rows[inside.all(axis=1)], axis=0)
         if not len(rows):
             return none
-        same = [case.case_id in there for case in self._plans(rows, {})[0].cases]
-        return np.column_stack([each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)])
+        # Cases with these values may differ in all other parameters: only those that are complete count.
+        same = [case.case_id in complete for case in self._plans(rows, {})[0].cases]
+        columns = [each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)]
+        return np.column_stack(columns)
 
     def check(self, out: Path) -> None:
         """Raise ValueError if a target is no number of the campaign, is not a single number for each case, or is
@@ -145,13 +162,13 @@ class Question:
         if all(case.case is None for case in cases):
             words = ", ".join(each.name for each in self.ranges)
             raise ManifestError.of(words, need="ranges with a possible case", remark=cases[0].outcome.message)
-        impossible = [impossible_numbers(plan) for plan in plans if any(case.case for case in plan.cases)]
+        possible = [plan for plan in plans if any(case.case for case in plan.cases)]
+        impossible = [impossible_numbers(plan) for plan in possible]
         for target in self.targets:
             for source in points_named(named, target.name).sources:
                 if all(source in found for found in impossible):
-                    raise ManifestError.of(
-                        target.name, need="a number that some point has", remark=impossible[0][source]
-                    )
+                    reason = impossible[0][source]
+                    raise ManifestError.of(target.name, need="a number that some point has", remark=reason)
 
     def _with(self, values: Mapping[str, Any]) -> dict[str, Any]:
         document = dict(self.document)
@@ -164,31 +181,39 @@ class Question:
 
     def _plans(self, values: Floats, starts: Mapping[str, list[float]]) -> list[Plan]:
         names = [each.name for each in self.ranges]
-        of_drives = [name for name in names if table_taking(name) == ""]
         columns = dict(zip(names, values.T.tolist(), strict=True))
-        settings = list(zip(*(columns[name] for name in of_drives), strict=True)) or [()] * len(values)
-        columns = {name: column for name, column in columns.items() if name not in of_drives} | {**starts}
-        rows = list(zip(*columns.values(), strict=True)) or [()] * len(values)
-        return [
-            self._plan(dict(zip(of_drives, setting, strict=True)), [*columns], [rows[number] for number in numbers])
-            for setting, numbers in itertools.groupby(range(len(values)), settings.__getitem__)
-        ]
+        drive_columns = {name: columns.pop(name) for name in names if table_taking(name) == ""}
+        columns.update(starts)
+        # Without any column each point still has an empty row.
+        none: list[tuple[float, ...]] = [()] * len(values)
+        settings = list(zip(*drive_columns.values(), strict=True)) or none
+        rows = list(zip(*columns.values(), strict=True)) or none
+        plans = []
+        for setting, numbers in itertools.groupby(range(len(values)), settings.__getitem__):
+            drive = dict(zip(drive_columns, setting, strict=True))
+            cases = [rows[number] for number in numbers]
+            plans.append(self._plan(drive, [*columns], cases))
+        return plans
 
     def _plan(self, settings: Mapping[str, float], names: Sequence[str], rows: Sequence[tuple[float, ...]]) -> Plan:
         """The cases of a table with these columns, under one setting of the drives."""
-        document, files = self._with(settings), {**self.manifest.files}
+        document = self._with(settings)
+        files = {**self.manifest.files}
         if names:
             for table in TABLES:
-                document[table] = {key: value for key, value in document.get(table, {}).items() if key not in names}
+                document[table] = _without(document.get(table, {}), names)
             document = {key: value for key, value in document.items() if value or key not in TABLES}
-            document, files = {**document, "table": TABLE}, {**files, "table": rows_as_csv((names, *rows))}
-        return make_plan(parse_manifest(self.manifest.path, as_toml(document), files))
+            document["table"] = TABLE
+            files["table"] = rows_as_csv((names, *rows))
+        manifest = parse_manifest(self.manifest.path, as_toml(document), files)
+        return make_plan(manifest)
 
     def _points(self, x: Floats, plans: Sequence[Plan], store: Store, same_places: bool) -> ComputedPoint:
         """same_places: whether members come down at the same places at all points."""
         parts = [_point_numbers(self.targets, plan, collect(plan, store)) for plan in plans]
         values, errors, starts, flags = (np.concatenate(each) for each in zip(*parts, strict=True))
-        return ComputedPoint(x, values, errors, starts, errors if same_places else 0.0 * errors, flags.max(axis=1))
+        common = errors if same_places else 0.0 * errors
+        return ComputedPoint(x, values, errors, starts, common, flags.max(axis=1))
 
 
 def start_range(values: Floats, places: Sequence[str]) -> dict[str, list[float]]:
@@ -197,19 +222,23 @@ def start_range(values: Floats, places: Sequence[str]) -> dict[str, list[float]]
     Members of equal load, pin and grid start at the same places: their means are all off by the same, which no further point
     shows. The places follow from the point alone, so that it is the same case whenever it is computed.
     """
-    drawn = [np.random.PCG64(np.frombuffer(row.tobytes(), np.uint32)).random_raw(len(places)) for row in values]
-    raws = np.array(drawn, np.uint64).reshape(-1, len(places)).T
-    found = {}
+    seeds = [np.frombuffer(row.tobytes(), np.uint32) for row in values]
+    draws = [np.random.PCG64(seed).random_raw(len(places)) for seed in seeds]
+    raws = np.array(draws, np.uint64).reshape(-1, len(places)).T
+    columns = {}
     for name, raw in zip(places, raws, strict=True):
-        found[name] = (raw >> np.uint64(33)).tolist() if name == SEED else ((raw >> np.uint64(11)) * 2.0**-53).tolist()
-    return found
+        # Of 64 random bits a seed takes 31, so that it is an int of any platform, and a share in [0, 1) 53, as a float has.
+        column = raw >> np.uint64(33) if name == SEED else (raw >> np.uint64(11)) * 2.0**-53
+        columns[name] = column.tolist()
+    return columns
 
 
 def _point_numbers(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -> tuple[NDArray[Any], ...]:
     """Values, ±, standard deviations of a start, and validity flags, each (cases, targets)."""
     found = [points_named(dataset, target.name) for target in targets]
     if len({points.name for points in found}) < len(found):
-        raise ManifestError.of(", ".join(target.name for target in targets), need="each number once")
+        names = ", ".join(target.name for target in targets)
+        raise ManifestError.of(names, need="each number once")
     for target, points in zip(targets, found, strict=True):
         if points.text:
             raise ManifestError.of(target.name, need="a number, and is words")
@@ -219,13 +248,9 @@ def _point_numbers(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -
             raise ManifestError.of(target.name, need=need)
     starts = [spread_of_members(dataset, points) for points in found]
     errors = [point_errors(points, start) for points, start in zip(found, starts, strict=True)]
-    columns = (
-        [points.values.astype(float) for points in found],
-        errors,
-        starts,
-        [points.flags for points in found],
-    )
-    return tuple(np.column_stack(each) for each in columns)
+    values = [points.values.astype(float) for points in found]
+    flags = [points.flags for points in found]
+    return tuple(np.column_stack(each) for each in (values, errors, starts, flags))
 
 
 def make_question(
@@ -236,45 +261,71 @@ def make_question(
     vary: parameter -> the ends of its range, None for the campaign's range. Default: all axes with several numbers.
     fixed: parameter, or setting of a drive -> its value, instead of the campaign's; `drive` -> the name of a drive.
     """
-    for name, value, error, _ in targets:
-        if not (abs(value) <= LARGEST_MEASURED and 1.0 / LARGEST_MEASURED <= error <= LARGEST_MEASURED):
-            need = f"a ± above 0, and finite numbers up to {LARGEST_MEASURED:g}"
-            raise ManifestError.of(f"{name} = {value:g} ± {error:g}", need=need)
+    for target in targets:
+        _require_measured(target)
     stated = {**parameters_of_a_case(), **drive_parameters()}
     given = from_toml(manifest.text)
-    axes = {stated[name].word or name: values for name, values in manifest.axes.items()} | dict(manifest.drive_axes)
+    axes = {stated[name].word or name: values for name, values in manifest.axes.items()}
+    axes |= manifest.drive_axes
     fixed = _keys_by_word(fixed, stated)
     several = [word for word, values in axes.items() if len(set(values)) > 1 and word not in fixed]
-    asked = _keys_by_word(vary, stated) or dict.fromkeys(word for word in several if isinstance(axes[word][0], float))
+    numeric = [word for word in several if isinstance(axes[word][0], float)]
+    asked = _keys_by_word(vary, stated) or dict.fromkeys(numeric)
     if not asked:
         raise ManifestError.in_file(manifest.path, "--vary, as --vary mu_i=0.1:0.8", "no axis of several numbers")
     for word in asked:
         _require_range(word)
-    document = {key: value for key, value in given.items() if key not in _DESIGN}
-    tables: list[dict[str, Any]] = given.get("drives", [{}] if "drive_axes" in given else [])
-    document["drives"] = [{"name": DEFAULT, **each} for each in tables]
-    document["drive_axes"] = {key: each for key, each in given.get("drive_axes", {}).items() if key not in asked}
     for word in several:
         if word not in asked:
             remark = f"has {len(set(axes[word]))} values in the campaign"
             raise ManifestError.of(word, need=f"{word}=VALUE, or --vary", remark=remark)
-    fixed = fixed | {word: values[0] for word, values in axes.items() if word not in {*asked, *fixed}}
-    for table in TABLES:
-        document[table] = {key: value for key, value in given.get(table, {}).items() if key not in asked}
+    constants = {word: values[0] for word, values in axes.items() if word not in {*asked, *fixed}}
+    fixed = fixed | constants
+    document = _document_without_axes(given, asked)
     for word, value in fixed.items():
         _fix(document, word, value)
-    document = {key: value for key, value in document.items() if value or key not in (*TABLES, "drives", "drive_axes")}
+    may_be_empty = {*TABLES, "drives", "drive_axes"}
+    document = {key: value for key, value in document.items() if value or key not in may_be_empty}
     ranges = [_range(manifest, document, word, ends, axes.get(word), given) for word, ends in asked.items()]
     question = Question(manifest, document, tuple(ranges), tuple(targets))
-    case = question.plans(np.full((1, len(ranges)), 0.5), own_starts=False)[0].cases[0].case or Case.of({})
-    varied = {each.name for each in ranges}
-    drawn = {
-        START: True,
-        START_Y: case.slab.scheme.planar,
-        SEED: case.heterogeneity.spread > 0.0 or SPREAD in varied,
-    }
-    places = tuple(name for name, there in drawn.items() if there and name not in {*fixed, *varied})
+    places = tuple(name for name in _start_parameters(question) if name not in {*fixed, *asked})
     return replace(question, places=places, same_places=START in fixed)
+
+
+def _require_measured(target: Target) -> None:
+    """Raise ManifestError if a measured number or its ± is not finite, or the ± is not above 0."""
+    is_small = abs(target.value) <= LARGEST_MEASURED
+    if not (is_small and 1.0 / LARGEST_MEASURED <= target.error <= LARGEST_MEASURED):
+        need = f"a ± above 0, and finite numbers up to {LARGEST_MEASURED:g}"
+        raise ManifestError.of(f"{target.name} = {target.value:g} ± {target.error:g}", need=need)
+
+
+def _without(table: Mapping[str, Any], words: Container[str]) -> dict[str, Any]:
+    return {word: value for word, value in table.items() if word not in words}
+
+
+def _document_without_axes(given: Mapping[str, Any], asked: Container[str]) -> dict[str, Any]:
+    """A manifest's document without its design and the parameters asked for; each drive has a name."""
+    document = _without(given, _DESIGN)
+    tables: list[dict[str, Any]] = given.get("drives", [{}] if "drive_axes" in given else [])
+    document["drives"] = [{"name": DEFAULT, **each} for each in tables]
+    document["drive_axes"] = _without(given.get("drive_axes", {}), asked)
+    for table in TABLES:
+        document[table] = _without(given.get(table, {}), asked)
+    return document
+
+
+def _start_parameters(question: Question) -> list[str]:
+    """Parameters that decide where a pin of this campaign comes down, and on which nodes."""
+    middle = np.full((1, len(question.ranges)), 0.5)
+    plan = question.plans(middle, own_starts=False)[0]
+    case = plan.cases[0].case or Case.of({})
+    names = [START]
+    if case.slab.scheme.planar:
+        names.append(START_Y)
+    if case.heterogeneity.spread > 0.0 or SPREAD in {each.name for each in question.ranges}:
+        names.append(SEED)
+    return names
 
 
 def _keys_by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[str, Any]:
@@ -289,29 +340,35 @@ def join_plans(plans: Sequence[Plan]) -> Plan:
     """Join the tasks of several plans into one; its cases are the first plan's."""
     tasks = {task.key: task for plan in plans for task in plan.distinct}
     firsts = {key: first for plan in plans for key, first in plan.firsts.items()}
-    return replace(plans[0], distinct=tuple(order_by_stage(tasks.values())), firsts=firsts)
+    distinct = tuple(order_by_stage(tasks.values()))
+    return replace(plans[0], distinct=distinct, firsts=firsts)
 
 
 def _fix(document: dict[str, Any], word: str, value: Any) -> None:
     """Give a parameter, or all drives a setting, a value."""
+    drives = document.get("drives", [])
     if word == DRIVE_WORD:
-        document["drives"] = [each for each in document.get("drives", []) if each.get("name") == value]
+        document["drives"] = [each for each in drives if each.get("name") == value]
         if not document["drives"]:
             raise ManifestError.of(DRIVE_WORD, value, remark="no drive of this campaign")
     elif table := table_taking(word):
         document[table] = {**document.get(table, {}), word: value}
     elif word in drive_parameters():
-        document["drives"] = [{**each, word: value} for each in document.get("drives", [])]
-        document["drive_axes"] = {key: each for key, each in document.get("drive_axes", {}).items() if key != word}
+        document["drives"] = [{**each, word: value} for each in drives]
+        document["drive_axes"] = _without(document.get("drive_axes", {}), {word})
     else:
-        raise ManifestError.of(word, value, remark=unknown(word, [*names_by_word(), *drive_parameters()]))
+        words = [*names_by_word(), *drive_parameters()]
+        raise ManifestError.of(word, value, remark=unknown(word, words))
 
 
 def _require_range(word: str) -> None:
     """Raises ManifestError if a word is no parameter that has a range."""
-    usual = {word: Case.of({}).flat[name] for word, name in names_by_word().items()} | NamedDrive(DRIVE_WORD).flat
-    if word not in usual or not (isinstance(usual[word], float) or word in DURATIONS):
-        raise ManifestError.of(f"--vary {word}", remark=unknown(word, usual) if word not in usual else "takes no range")
+    case = Case.of({}).flat
+    defaults = {word: case[name] for word, name in names_by_word().items()} | NamedDrive(DRIVE_WORD).flat
+    if word not in defaults:
+        raise ManifestError.of(f"--vary {word}", remark=unknown(word, defaults))
+    if not isinstance(defaults[word], float) and word not in DURATIONS:
+        raise ManifestError.of(f"--vary {word}", remark="takes no range")
 
 
 def _range(
@@ -325,10 +382,10 @@ def _range(
         if values is None or len(set(values)) < 2:
             raise ManifestError.of(word, need=f"--vary {word}=FROM:TO", remark="has no range in the campaign")
         low, high = min(values), max(values)
-    axis = {word: [low, high]}
-    spanned = {**document, "axes": axis} if word in names_by_word() else {**document, "drive_axes": axis}
-    parsed = parse_manifest(manifest.path, as_toml(spanned), manifest.files)
-    checked = parsed.axes[names_by_word()[word]] if word in names_by_word() else parsed.drive_axes[word]
+    name = names_by_word().get(word)
+    axes = {"drive_axes" if name is None else "axes": {word: [low, high]}}
+    parsed = parse_manifest(manifest.path, as_toml({**document, **axes}), manifest.files)
+    checked = parsed.drive_axes[word] if name is None else parsed.axes[name]
     low, high = (float(each) for each in checked)
     if not low < high < math.inf:
         need = "a range from a smaller to a larger number, both finite"

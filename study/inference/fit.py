@@ -124,10 +124,12 @@ class Fit:
 
     def predict(self, x: Floats) -> tuple[Floats, Floats]:
         """The numbers at points (m, d) and their standard errors, each (m, targets); NaN where the nearest one has none."""
-        found = [surrogate.predict(x) for surrogate in self.surrogates]
-        means, errors = (np.column_stack([each[part] for each in found]) for part in (0, 1))
+        predictions = [surrogate.predict(x) for surrogate in self.surrogates]
+        means = np.column_stack([mean for mean, _ in predictions])
+        errors = np.column_stack([error for _, error in predictions])
         _, nearest = scipy.spatial.KDTree(self.computed.x).query(x)
-        means[~np.isfinite(self.computed.values[nearest]).all(axis=1)] = np.nan
+        is_known = np.isfinite(self.computed.values[nearest])
+        means[~is_known.all(axis=1)] = np.nan
         return means, errors
 
     def misfit(self, x: Floats, unsure: bool = True) -> Floats:
@@ -137,8 +139,9 @@ class Fit:
         """
         means, errors = self.predict(x)
         squares = (means - [target.value for target in self.targets]) ** 2
-        found = np.sum(squares / ((errors**2 if unsure else 0.0) + self.noise**2), axis=1)
-        return np.where(np.isfinite(found), found, np.inf)
+        surrogate_variance = errors**2 if unsure else 0.0
+        misfit = np.sum(squares / (surrogate_variance + self.noise**2), axis=1)
+        return np.where(np.isfinite(misfit), misfit, np.inf)
 
     @cached_property
     def noise(self) -> Floats:
@@ -148,11 +151,13 @@ class Fit:
         The scatter is the same share of the number at all points, as friction is proportional to μ_i. Scatter of
         computed means is not added: the surrogate's error contains it.
         """
-        there = np.isfinite(self.computed.values + self.computed.starts)
-        values, starts = (np.where(there, each, 0.0) for each in (self.computed.values, self.computed.starts))
-        shares = np.linalg.norm(starts, axis=0) / np.maximum(np.linalg.norm(values, axis=0), 1e-300)
-        starts_of = shares * [target.one_start * target.value for target in self.targets]
-        return np.asarray(np.hypot([target.error for target in self.targets], starts_of))
+        is_known = np.isfinite(self.computed.values + self.computed.starts)
+        values = np.where(is_known, self.computed.values, 0.0)
+        starts = np.where(is_known, self.computed.starts, 0.0)
+        sizes = np.maximum(np.linalg.norm(values, axis=0), 1e-300)
+        shares = np.linalg.norm(starts, axis=0) / sizes
+        scatter = shares * [target.one_start * target.value for target in self.targets]
+        return np.asarray(np.hypot([target.error for target in self.targets], scatter))
 
     def limit(self, level: float) -> float:
         """The misfit up to which points agree at this level."""
@@ -175,8 +180,11 @@ class Fit:
             inside = cloud[misfit <= self.acceptable_misfit(misfit)]
             if not 0 < len(inside) < ENOUGH:
                 break
-            room = 2.0 * (high - low) * CLOUD ** (-1.0 / len(self.ranges)) + 0.25 * np.ptp(inside, axis=0)
-            low, high = np.maximum(inside.min(axis=0) - room, low), np.minimum(inside.max(axis=0) + room, high)
+            # The set may reach beyond its outermost points by their spacing, and a quarter of its width is left around it.
+            spacing = (high - low) * CLOUD ** (-1.0 / len(self.ranges))
+            room = 2.0 * spacing + 0.25 * np.ptp(inside, axis=0)
+            low = np.maximum(inside.min(axis=0) - room, low)
+            high = np.minimum(inside.max(axis=0) + room, high)
         return cloud, misfit
 
     def acceptable_misfit(self, misfit: Floats) -> float:
@@ -198,8 +206,9 @@ class Fit:
         def misfit_at(x: Floats) -> float:
             return float(self.misfit(x[None], self.reached)[0])
 
-        found = minimize(misfit_at, start, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(start))
-        return np.asarray(found.x if found.fun < misfit.min() else start)
+        cube = [(0.0, 1.0)] * len(start)
+        minimum = minimize(misfit_at, start, method="Nelder-Mead", bounds=cube)
+        return np.asarray(minimum.x if minimum.fun < misfit.min() else start)
 
     def agreeing(self, level: float) -> Floats:
         """Points (m, d) of the cloud that agree at this level, in the unit cube."""
@@ -212,25 +221,30 @@ class Fit:
         if not self.reached:
             return ()
         cloud, misfit = self.cloud
-        own = misfit <= self.limit(LEVELS[-1])
-        x = np.vstack([self.best, cloud[own]])
-        misfit = np.array([self.misfit(self.best[None])[0], *misfit[own]])
-        x, misfit = x[order := misfit.argsort()], misfit[order]
+        is_inside = misfit <= self.limit(LEVELS[-1])
+        x = np.vstack([self.best, cloud[is_inside]])
+        misfit = np.concatenate([self.misfit(self.best[None]), misfit[is_inside]])
+        order = misfit.argsort()
+        x, misfit = x[order], misfit[order]
         labels = _separate((x - cloud.min(axis=0)) / np.ptp(cloud, axis=0))
-        return tuple((x[labels == each], misfit[labels == each]) for each in dict.fromkeys(labels.tolist()))
+        best_first = dict.fromkeys(labels.tolist())
+        return tuple((x[labels == label], misfit[labels == label]) for label in best_first)
 
     def intervals(self, axis: int, level: float) -> list[tuple[float, float] | None]:
         """The range of a parameter over the points of each separate set that agree; None if none do."""
-        found: list[tuple[float, float] | None] = []
+        intervals: list[tuple[float, float] | None] = []
         for x, misfit in self.islands:
-            inside = self.ranges[axis].at(x[misfit <= self.limit(level), axis])
-            found.append((float(inside.min()), float(inside.max())) if len(inside) else None)
-        return found
+            inside = x[misfit <= self.limit(level), axis]
+            values = self.ranges[axis].at(inside)
+            intervals.append((float(values.min()), float(values.max())) if len(values) else None)
+        return intervals
 
     def undetermined_parameters(self) -> list[str]:
         """Parameters whose whole range agrees at 95 %."""
         inside = self.agreeing(LEVELS[-1])
-        spans = np.ptp(inside, axis=0) if len(inside) else np.zeros(len(self.ranges))
+        if not len(inside):
+            return []
+        spans = np.ptp(inside, axis=0)
         return [each.name for each, span in zip(self.ranges, spans, strict=True) if span > WIDE_SHARE]
 
     def tied(self) -> Iterator[tuple[Range, Range, Floats]]:
@@ -240,12 +254,17 @@ class Fit:
             return
         for first, second in itertools.combinations(range(len(self.ranges)), 2):
             x, y = inside[:, first], inside[:, second]
-            if min(np.ptp(x), np.ptp(y)) > LEAST_TIED and abs(float(scipy.stats.spearmanr(x, y).statistic)) > TIED:
-                order = np.argsort(x)
-                ends = [np.median(inside[part], axis=0) for part in (order[:FEW_POINTS], order[-FEW_POINTS:])]
-                pair = (self.ranges[first], self.ranges[second])
-                places = zip(pair, (first, second), strict=True)
-                yield *pair, np.array([[each.at(end[place]) for end in ends] for each, place in places])
+            if min(np.ptp(x), np.ptp(y)) <= LEAST_TIED:
+                continue
+            correlation = scipy.stats.spearmanr(x, y).statistic
+            if not abs(float(correlation)) > TIED:
+                continue
+            order = np.argsort(x)
+            low = np.median(inside[order[:FEW_POINTS]], axis=0)
+            high = np.median(inside[order[-FEW_POINTS:]], axis=0)
+            ends = np.array([low, high])
+            pair = (self.ranges[first], self.ranges[second])
+            yield *pair, np.array([pair[0].at(ends[:, first]), pair[1].at(ends[:, second])])
 
     def differs(self, other: "Fit") -> float:
         """Share of the set at 95 %, or of the surroundings of the nearest point, in which another fit differs."""
@@ -261,7 +280,8 @@ def _next_points(found: Fit, count: int) -> Floats:
     inside = cloud[misfit <= found.acceptable_misfit(misfit)]
     if not len(inside):  # no point has the numbers: look everywhere
         inside = cloud
-    beyond = max(float(misfit.min()) / found.limit(LEVELS[-1]), 1.0) if np.isfinite(misfit.min()) else 1.0
+    least = float(misfit.min())
+    beyond = max(least / found.limit(LEVELS[-1]), 1.0) if math.isfinite(least) else 1.0
     errors = found.predict(inside)[1] / (found.noise * beyond**0.5)
     if np.percentile(errors.max(axis=1), 95) <= PRECISE:
         return np.empty((0, len(found.ranges)))
@@ -275,52 +295,72 @@ def _next_points(found: Fit, count: int) -> Floats:
 
 def _separate(x: Floats) -> NDArray[np.int_]:
     """Number of the set of each point (m, d) in the unit cube. Empty boxes, wide enough for some points, separate sets."""
-    boxes = max(int(min((CLOUD / FEW_POINTS) ** (1.0 / x.shape[1]), len(x) / FEW_POINTS)), 1)
+    dimensions = x.shape[1]
+    widest = (CLOUD / FEW_POINTS) ** (1.0 / dimensions)
+    boxes = max(int(min(widest, len(x) / FEW_POINTS)), 1)
     box = tuple(np.clip(boxes * x, 0, boxes - 1).astype(int).T)
-    full = np.zeros((boxes,) * x.shape[1], dtype=np.bool_)
+    full = np.zeros((boxes,) * dimensions, dtype=np.bool_)
     full[box] = True
-    return np.asarray(scipy.ndimage.label(full, np.ones((3,) * full.ndim))[0][box])
+    # Boxes that meet at a corner belong together: all 3^d - 1 neighbours count.
+    neighbours = np.ones((3,) * dimensions)
+    labels, _ = scipy.ndimage.label(full, neighbours)
+    return np.asarray(labels[box])
 
 
 def sentences(found: Fit) -> Iterator[str]:
     """Report the points that agree, or the closest points; and the parameters that cannot be distinguished."""
     targets, ranges = found.targets, found.ranges
     means, errors = (each[0] for each in found.predict(found.best[None]))
-    there = zip(targets, means.tolist(), errors.tolist(), strict=True)
-    shown = ", ".join(f"{target.name} = {with_error(mean, error)}" for target, mean, error in there)
+    shown = _numbers_with_errors(targets, means, errors)
     asked = ", ".join(f"{target.name} = {target.value:g} ± {target.error:g}" for target in targets)
     place = ", ".join(f"{own.name} = {own.at(found.best)[axis]:.3g}" for axis, own in enumerate(ranges))
     ratio = ""
     if len(targets) == 2 and targets[1].value and means[1]:
-        ratio = f"; ratio {means[0] / means[1]:.3g}, measured {targets[0].value / targets[1].value:.3g}"
+        measured = targets[0].value / targets[1].value
+        ratio = f"; ratio {means[0] / means[1]:.3g}, measured {measured:.3g}"
     if not found.reached:
         yield f"Not reached: {asked}. Nearest: {shown}{ratio}, at {place}."
     else:
         yield f"Best: {shown}{ratio}, at {place}."
         if not len(found.agreeing(LEVELS[0])):
             yield "Nothing agrees at 68 %."
-    if ends := [own.name for own, share in zip(ranges, found.best, strict=True) if abs(share - 0.5) > 0.5 - EDGE_SHARE]:
-        yield f"At an end of its range: {', '.join(ends)}. A wider one may come nearer."
+    is_at_end = np.abs(found.best - 0.5) > 0.5 - EDGE_SHARE
+    if is_at_end.any():
+        names = [own.name for own, at_end in zip(ranges, is_at_end, strict=True) if at_end]
+        yield f"At an end of its range: {', '.join(names)}. A wider one may come nearer."
     if found.at_best and np.isfinite(found.at_best.values).all():
-        there = zip(targets, found.at_best.values[0].tolist(), found.at_best.errors[0].tolist(), strict=True)
-        yield f"Computed there: {', '.join(f'{target.name} = {with_error(*known)}' for target, *known in there)}."
+        computed = _numbers_with_errors(targets, found.at_best.values[0], found.at_best.errors[0])
+        yield f"Computed there: {computed}."
     if len(found.islands) > 1:
         yield f"{len(found.islands)} separate sets agree at 95 %, the best one first."
     for name in found.undetermined_parameters():
         yield f"{name} is not determined by these numbers: its whole range agrees at 95 %."
     for first, second, ((a, b), (c, d)) in found.tied():
-        yield (
-            f"{first.name} and {second.name} cannot be told apart: a larger {first.name} with a "
-            f"{'larger' if d > c else 'smaller'} {second.name} agrees at 95 %, from {first.name} = {a:.3g}, {second.name} = "
-            f"{c:.3g} to {first.name} = {b:.3g}, {second.name} = {d:.3g}. It needs a measurement of one of them."
-        )
+        pair = f"{first.name} and {second.name} cannot be told apart"
+        change = f"a larger {first.name} with a {'larger' if d > c else 'smaller'} {second.name} agrees at 95 %"
+        low_end = f"{first.name} = {a:.3g}, {second.name} = {c:.3g}"
+        high_end = f"{first.name} = {b:.3g}, {second.name} = {d:.3g}"
+        yield f"{pair}: {change}, from {low_end} to {high_end}. It needs a measurement of one of them."
     yield f"{len(found.computed.x)} points are computed."
-    if missing := int((~np.isfinite(found.computed.values).all(axis=1)).sum()):
+    missing = int((~_has_all_numbers(found.computed)).sum())
+    if missing:
         yield f"Without a number: {missing} of them; around these nothing agrees."
         yield from found.why
     for flag in FLAGS:
-        if flagged := int((found.computed.flags & flag.mask != 0).sum()):
-            yield f"Used with the validity flag {flag.name}: {flagged} of them ({flag.meaning}). Advice: {flag.advice}."
+        flagged = int((found.computed.flags & flag.mask != 0).sum())
+        if flagged:
+            count = f"{flagged} of them ({flag.meaning})"
+            yield f"Used with the validity flag {flag.name}: {count}. Advice: {flag.advice}."
+
+
+def _numbers_with_errors(targets: Sequence[Target], values: Floats, errors: Floats) -> str:
+    numbers = zip(targets, values.tolist(), errors.tolist(), strict=True)
+    return ", ".join(f"{target.name} = {with_error(value, error)}" for target, value, error in numbers)
+
+
+def _has_all_numbers(points: ComputedPoint) -> NDArray[np.bool_]:
+    """True (n,) for points that have all numbers."""
+    return np.asarray(np.isfinite(points.values).all(axis=1))
 
 
 EDGE_SHARE: Final = 0.02
@@ -345,9 +385,10 @@ def search_parameters(
     """
 
     def fitted(computed: ComputedPoint) -> Fit:
-        holes = computed.x[~np.isfinite(computed.values).all(axis=1)]
+        holes = computed.x[~_has_all_numbers(computed)]
         reasons = tuple(why(holes)) if len(holes) else ()
-        return Fit(tuple(targets), tuple(ranges), computed, _surrogates(targets, computed, reasons), reasons)
+        surrogates = _surrogates(targets, computed, reasons)
+        return Fit(tuple(targets), tuple(ranges), computed, surrogates, reasons)
 
     before: Fit | None
     found: Fit | None = None
@@ -355,11 +396,14 @@ def search_parameters(
         with suppress(TooFewError):
             found = fitted(known)
     if found is None or found.reached or len(_next_points(found, 1)):
-        x = filling(len(ranges))[:most]
-        computed, found = known.with_these(simulate(x)) if known else simulate(x), None
+        computed = simulate(filling(len(ranges))[:most])
+        if known:
+            computed = known.with_these(computed)
+        found = None
         while True:
             before, found = found, fitted(computed)
-            x = _next_points(found, min(6 * len(ranges), most - len(computed.x)))
+            count = min(6 * len(ranges), most - len(computed.x))
+            x = _next_points(found, count)
             if not len(x) or (before and found.differs(before) <= SETTLED):
                 break
             computed = computed.with_these(simulate(x))
@@ -369,7 +413,9 @@ def search_parameters(
 def filling(dimensions: int) -> Floats:
     """The points that are computed first."""
     sobol = scipy.stats.qmc.Sobol(dimensions, seed=SEED)
-    return np.asarray(sobol.random_base2(math.ceil(math.log2(10 * dimensions))))
+    # Sobol' points are balanced in powers of two: the first of at least ten points for each parameter.
+    power = math.ceil(math.log2(10 * dimensions))
+    return np.asarray(sobol.random_base2(power))
 
 
 def _surrogates(targets: Sequence[Target], computed: ComputedPoint, why: Sequence[str]) -> tuple[Surrogate, ...]:
@@ -381,6 +427,7 @@ def _surrogates(targets: Sequence[Target], computed: ComputedPoint, why: Sequenc
             found.append(regress(computed.x, values, errors, common=common))
         except TooFewError as error:
             missing = int(np.isnan(values).sum())
-            holes = [f"; {missing} of {len(values)} points are without"] if missing else []
-            raise TooFewError("\n".join([f"{target.name}: {error}{''.join(holes)}", *why])) from None
+            holes = f"; {missing} of {len(values)} points are without" if missing else ""
+            lines = [f"{target.name}: {error}{holes}", *why]
+            raise TooFewError("\n".join(lines)) from None
     return tuple(found)

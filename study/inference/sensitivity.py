@@ -18,7 +18,7 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import student
 from nanoslip.study.dataset.access import read_members
 from nanoslip.study.figures.points import Points, longest_rows, points_named, unevenness
-from nanoslip.study.inference.surrogate import ALIKE, MOST_REGRESSED, TooFewError, regress
+from nanoslip.study.inference.surrogate import ALIKE, MOST_REGRESSED, Surrogate, TooFewError, regress
 
 # The parameters of cases as numbers in the unit cube, and how likely each value is.
 
@@ -47,27 +47,34 @@ class Axis:
         """Values (n,) as columns (n, k) in the unit cube."""
         if self.worded:
             return np.array([[float(value == level) for level in self.levels] for value in values.tolist()])
-        found = np.log(values.astype(float)) if self.logarithmic else values.astype(float)
-        return np.asarray((found[:, None] - self.low) / (self.high - self.low))
+        numbers = values.astype(float)
+        if self.logarithmic:
+            numbers = np.log(numbers)
+        return np.asarray((numbers[:, None] - self.low) / (self.high - self.low))
 
     def drawn(self, shares: Floats) -> Floats:
         """Positions (n, k) of values at these quantiles of its distribution, shares (n,) in [0, 1)."""
         if not self.levels:
             return shares[:, None]
-        return np.asarray(self.places(np.array(self.levels))[(shares * len(self.levels)).astype(int)])
+        levels = self.places(np.array(self.levels))
+        chosen = (shares * len(self.levels)).astype(int)
+        return np.asarray(levels[chosen])
 
 
 def find_axis(name: str, values: NDArray[Any]) -> Axis:
     """The axis that cases have these values of."""
     if values.dtype.kind in "OUb":
         return Axis(name, tuple(dict.fromkeys(values.tolist())))
-    there = np.unique(values.astype(float))
-    logarithmic = bool(there[0] > 0.0) and len(there) > 2 and unevenness(np.log(there)) < unevenness(there)
-    ends = np.log(there) if logarithmic else there
+    levels = np.unique(values.astype(float))
+    logarithmic = False
+    if levels[0] > 0.0 and len(levels) > 2:
+        logarithmic = unevenness(np.log(levels)) < unevenness(levels)
+    ends = np.log(levels) if logarithmic else levels
     low, high = float(ends[0]), float(ends[-1])
-    if len(there) <= max(2.0, SPARSE * len(values)):
-        return Axis(name, tuple(there.tolist()), low, high, logarithmic)
-    room = 0.5 * (high - low) / (len(there) - 1)  # the ends of a range that is filled evenly
+    if len(levels) <= max(2.0, SPARSE * len(values)):
+        return Axis(name, tuple(levels.tolist()), low, high, logarithmic)
+    # Values that fill a range evenly are the middles of equal parts of it: its ends are half a spacing further out.
+    room = 0.5 * (high - low) / (len(levels) - 1)
     return Axis(name, (), low - room, high + room, logarithmic)
 
 
@@ -123,64 +130,107 @@ def indices(
     values: NaN of holes. errors: the ± of each, NaN where it is not known. most: values that a surrogate is made of.
     """
     axes = [find_axis(name, each) for name, each in columns.items()]
-    there = np.isfinite(values)
-    some = np.isfinite(errors[there]).any() and np.ptp(values[there]) > 0.0
-    with np.errstate(over="ignore"):
-        noise = np.nanmean(errors[there] ** 2) / np.var(values[there]) if some else np.nan
-    unsure = there & np.isnan(errors)
-    none, counts = np.full((len(axes), 3), np.nan), (int(there.sum()), int((~there).sum()), int(unsure.sum()))
-    found = Sensitivity(of, tuple(columns), none, none, float(noise), np.nan, np.nan, *counts, complete=False)
-    if (tied := _tied(axes, columns)) or len(axes) < 2:
+    found = _without_indices(of, columns, values, errors)
+    tied = _tied(axes, columns)
+    if tied or len(axes) < 2:
         return replace(found, unknown=tied or "only one parameter differs from case to case")
     table = _table(axes, columns, values, errors)
-    if table is not None and (noise >= 1.0 or np.ptp(values) <= ALIKE * np.abs(values).max()):
-        return replace(found, unknown="its values are alike, within their ± or rounding")
     if table is not None:
+        is_alike = np.ptp(values) <= ALIKE * np.abs(values).max()
+        if found.noise >= 1.0 or is_alike:
+            return replace(found, unknown="its values are alike, within their ± or rounding")
         first, total = _table_indices(*table)
         return replace(found, first=first, total=total, scatter=0.0, predictivity=1.0, complete=True)
+    places = [axis.places(columns[axis.name]) for axis in axes]
     try:
-        surrogate = regress(np.hstack([axis.places(columns[axis.name]) for axis in axes]), values, errors, most)
+        surrogate = regress(np.hstack(places), values, errors, most)
     except TooFewError as error:
         return replace(found, unknown=str(error))
     scatter = (surrogate.scatter / surrogate.scale) ** 2
     found = replace(found, scatter=scatter, predictivity=surrogate.predictivity)
     if surrogate.predictivity < LEAST_PREDICTED:
-        share, least = (f"{100.0 * each:.0f} %" for each in (max(surrogate.predictivity, 0.0), LEAST_PREDICTED))
+        share = f"{100.0 * max(surrogate.predictivity, 0.0):.0f} %"
+        least = f"{100.0 * LEAST_PREDICTED:.0f} %"
         why = f"a smooth dependence predicts {share} of the variance of cases left out, and {least} are needed"
         return replace(found, unknown=f"{why}: add cases, or members")
-    if all(axis.levels for axis in axes):
-        shape = [len(axis.levels) for axis in axes]
-        places = np.indices(shape).reshape(len(axes), -1)
-        levels = [axis.places(np.array(axis.levels))[place] for axis, place in zip(axes, places, strict=True)]
-        drawn = surrogate.paths(PATHS, SEED_OF_DRAWS)(np.hstack(levels))
-        tables = [_shares(each.reshape(shape), 0.0) for each in drawn]
-        first, total = (np.array([each[part] for each in tables]) for part in (0, 1))
-    else:
-
-        def of_set(seed: int) -> tuple[Floats, Floats]:
-            paths = surrogate.paths(PATHS // SETS, seed)
-            evenly: Any = [scipy.stats.uniform()] * len(axes)
-
-            def of_shares(shares: Floats) -> Floats:
-                return paths(np.hstack([axis.drawn(share) for axis, share in zip(axes, shares, strict=True)]))
-
-            draw = np.random.default_rng(seed)
-            found = scipy.stats.sobol_indices(func=of_shares, n=POINTS, dists=evenly, rng=draw)
-            return found.first_order, found.total_order
-
-        sums = [of_set(seed) for seed in range(SETS)]
-        first, total = (np.concatenate(each) for each in zip(*sums, strict=True))
+    has_levels = all(axis.levels for axis in axes)
+    first, total = (_level_indices if has_levels else _range_indices)(axes, surrogate)
     missed = float(np.clip(1.0 - surrogate.predictivity, scatter, 1.0))
     return replace(found, first=_interval(first, missed), total=_interval(total, missed))
+
+
+def _without_indices(of: str, columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats) -> Sensitivity:
+    """A sensitivity whose indices are unknown so far: counts of cases, and the share of the ± in the variance."""
+    is_known = np.isfinite(values)
+    known = values[is_known]
+    noise = np.nan
+    if np.isfinite(errors[is_known]).any() and np.ptp(known) > 0.0:
+        # The squares of numbers near the largest float overflow: noise is then infinite.
+        with np.errstate(over="ignore"):
+            noise = float(np.nanmean(errors[is_known] ** 2) / np.var(known))
+    unsure = is_known & np.isnan(errors)
+    none = np.full((len(columns), 3), np.nan)
+    return Sensitivity(
+        of,
+        tuple(columns),
+        first=none,
+        total=none,
+        noise=noise,
+        scatter=np.nan,
+        predictivity=np.nan,
+        known=int(is_known.sum()),
+        holes=int((~is_known).sum()),
+        unsure=int(unsure.sum()),
+        complete=False,
+    )
+
+
+def _level_indices(axes: Sequence[Axis], surrogate: Surrogate) -> tuple[Floats, Floats]:
+    """First-order and total indices (paths, axes) of functions drawn over all combinations of levels."""
+    shape = [len(axis.levels) for axis in axes]
+    numbers = np.indices(shape).reshape(len(axes), -1)
+    places = []
+    for axis, number in zip(axes, numbers, strict=True):
+        levels = axis.places(np.array(axis.levels))
+        places.append(levels[number])
+    tables = surrogate.paths(PATHS, SEED_OF_DRAWS)(np.hstack(places))
+    shares = [_shares(table.reshape(shape), 0.0) for table in tables]
+    first, total = zip(*shares, strict=True)
+    return np.array(first), np.array(total)
+
+
+def _range_indices(axes: Sequence[Axis], surrogate: Surrogate) -> tuple[Floats, Floats]:
+    """First-order and total indices (paths, axes) of drawn functions, integrated over ranges by sets of points."""
+    sums = [_set_indices(axes, surrogate, seed) for seed in range(SETS)]
+    first, total = zip(*sums, strict=True)
+    return np.concatenate(first), np.concatenate(total)
+
+
+def _set_indices(axes: Sequence[Axis], surrogate: Surrogate, seed: int) -> tuple[Floats, Floats]:
+    paths = surrogate.paths(PATHS // SETS, seed)
+    evenly: Any = [scipy.stats.uniform()] * len(axes)
+
+    def evaluate(shares: Floats) -> Floats:
+        places = [axis.drawn(share) for axis, share in zip(axes, shares, strict=True)]
+        return paths(np.hstack(places))
+
+    draw = np.random.default_rng(seed)
+    found = scipy.stats.sobol_indices(func=evaluate, n=POINTS, dists=evenly, rng=draw)
+    return found.first_order, found.total_order
 
 
 def _tied(axes: Sequence[Axis], columns: Mapping[str, NDArray[Any]]) -> str:
     """Two axes that vary together, so that their effects cannot be separated; empty without any."""
     numbers = [axis for axis in axes if not axis.worded]
+    if len(numbers) < 2:
+        return ""
     places = [axis.places(columns[axis.name])[:, 0] for axis in numbers]
-    tied = np.abs(np.corrcoef(places)) > MOST_TIED if len(places) > 1 else np.eye(1)
-    pairs = [(numbers[i].name, numbers[j].name) for i, j in np.argwhere(tied) if i < j]
-    return f"{pairs[0][0]} and {pairs[0][1]} vary together: needs a design that varies each by itself" if pairs else ""
+    is_tied = np.abs(np.corrcoef(places)) > MOST_TIED
+    pairs = np.argwhere(np.triu(is_tied, k=1))
+    if not len(pairs):
+        return ""
+    first, second = (numbers[number].name for number in pairs[0])
+    return f"{first} and {second} vary together: needs a design that varies each by itself"
 
 
 MOST_TIED: Final = 0.7
@@ -194,23 +244,32 @@ def _table(
     shape = tuple(len(axis.levels) for axis in axes)
     if np.prod(shape) != len(values) or not np.isfinite(values).all():
         return None
-    places = [[axis.levels.index(value) for value in columns[axis.name].tolist()] for axis in axes]
-    order = np.ravel_multi_index(tuple(map(np.array, places)), shape)
+    places = []
+    for axis in axes:
+        numbers = [axis.levels.index(value) for value in columns[axis.name].tolist()]
+        places.append(np.array(numbers))
+    order = np.ravel_multi_index(tuple(places), shape)
     if len(np.unique(order)) < len(order):
         return None
     back = np.argsort(order)
     known = errors[np.isfinite(errors)]
     usual = float(np.sqrt(np.mean(known**2))) if len(known) else 0.0
-    return values[back].reshape(shape), np.nan_to_num(errors[back], nan=usual).reshape(shape)
+    errors = np.nan_to_num(errors[back], nan=usual)
+    return values[back].reshape(shape), errors.reshape(shape)
 
 
 def _table_indices(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
     """Indices of a complete table: their error is that of its numbers, drawn once more."""
     noise = float(np.mean(errors**2))
-    draw, here = np.random.default_rng(SEED_OF_DRAWS), _shares(values, noise)
-    again = [_shares(values + errors * draw.standard_normal(values.shape), 2.0 * noise) for _ in range(PATHS)]
+    draw = np.random.default_rng(SEED_OF_DRAWS)
+    first, total = _shares(values, noise)
+    again = []
+    for _ in range(PATHS):
+        drawn = values + errors * draw.standard_normal(values.shape)
+        # A value drawn around one that has this error already has it twice.
+        again.append(_shares(drawn, 2.0 * noise))
     ends = np.percentile(again, ENDS, axis=0)  # (2, first and total, axes)
-    return np.column_stack([here[0], *ends[:, 0]]), np.column_stack([here[1], *ends[:, 1]])
+    return np.column_stack([first, *ends[:, 0]]), np.column_stack([total, *ends[:, 1]])
 
 
 def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:
@@ -225,8 +284,11 @@ def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:
 
     whole = max(variance(table), 1e-300)
     # First: variance of the means at each level of the axis. Total: all that is no variance of the means over the axis.
-    first = [variance(table.mean(axis=tuple(each for each in every if each != axis))) / whole for axis in every]
-    total = [1.0 - variance(table.mean(axis=axis)) / whole for axis in every]
+    first, total = [], []
+    for axis in every:
+        others = tuple(other for other in every if other != axis)
+        first.append(variance(table.mean(axis=others)) / whole)
+        total.append(1.0 - variance(table.mean(axis=axis)) / whole)
     return np.clip(first, 0.0, 1.0), np.clip(total, 0.0, 1.0)
 
 
@@ -291,7 +353,9 @@ def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST_REGRESSED) -> Sen
 
 def caution(found: Sensitivity) -> str:
     """State the certainty of the indices, in sentences, or why they are unknown."""
-    points = f"{found.known} of {found.known + found.holes} points" if found.holes else f"all {found.known} points"
+    points = f"all {found.known} points"
+    if found.holes:
+        points = f"{found.known} of {found.known + found.holes} points"
     if found.unknown:
         return f"What {found.of} depends on is not known from {points}: {found.unknown}."
     how = "a complete table"

@@ -11,6 +11,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import NanoslipError
@@ -26,16 +27,25 @@ class Covariance(NamedTuple):
     freedom: float
 
 
-KERNELS: Final = (
-    Covariance(lambda r: np.exp(-0.5 * r * r), lambda r: np.exp(-0.5 * r * r), np.inf),
-    Covariance(
-        lambda r: (1.0 + 5**0.5 * r + 5.0 / 3.0 * r * r) * np.exp(-(5**0.5) * r),
-        lambda r: 5.0 / 3.0 * (1.0 + 5**0.5 * r) * np.exp(-(5**0.5) * r),
-        5.0,
-    ),
-    Covariance(lambda r: (1.0 + 3**0.5 * r) * np.exp(-(3**0.5) * r), lambda r: 3.0 * np.exp(-(3**0.5) * r), 3.0),
+# With 2ν degrees of freedom of its spectrum a Matérn kernel is exp(-√(2ν) r) times a polynomial in √(2ν) r (Eq. 4.17), and
+# the slope is -k'/r.
+SQUARED_EXPONENTIAL: Final = Covariance(
+    value=lambda r: np.exp(-0.5 * r * r),
+    slope=lambda r: np.exp(-0.5 * r * r),
+    freedom=np.inf,
 )
-"""Squared exponential, Matérn 5/2 and 3/2: functions with all derivatives, with two, with one. The likeliest one is taken."""
+MATERN_5_2: Final = Covariance(
+    value=lambda r: (1.0 + 5**0.5 * r + 5.0 / 3.0 * r * r) * np.exp(-(5**0.5) * r),
+    slope=lambda r: 5.0 / 3.0 * (1.0 + 5**0.5 * r) * np.exp(-(5**0.5) * r),
+    freedom=5.0,
+)
+MATERN_3_2: Final = Covariance(
+    value=lambda r: (1.0 + 3**0.5 * r) * np.exp(-(3**0.5) * r),
+    slope=lambda r: 3.0 * np.exp(-(3**0.5) * r),
+    freedom=3.0,
+)
+KERNELS: Final = (SQUARED_EXPONENTIAL, MATERN_5_2, MATERN_3_2)
+"""Functions with all derivatives, with two, with one. The likeliest one is taken."""
 
 MOST_LEARNT: Final = 256
 """Values from which lengths and scatter are found: time grows as the cube. All values are regressed on."""
@@ -115,11 +125,14 @@ class Surrogate:
         A function without values is a sum of random cosines, whose miss at the values is then regressed on (Wilson et al. 2020).
         """
         draw = np.random.default_rng(seed)
-        waves = draw.standard_normal((self.x.shape[1], WAVES))
-        if np.isfinite(self.kernel.freedom):
-            waves = waves / np.sqrt(draw.chisquare(self.kernel.freedom, WAVES) / self.kernel.freedom)
-        waves, phases = waves / self.lengths[:, None], draw.uniform(0.0, 2.0 * np.pi, WAVES)
         # A covariance is the mean of cosines over its spectrum: normal, or Student's t for a Matérn kernel.
+        waves = draw.standard_normal((self.x.shape[1], WAVES))
+        freedom = self.kernel.freedom
+        if np.isfinite(freedom):
+            waves = waves / np.sqrt(draw.chisquare(freedom, WAVES) / freedom)
+        waves = waves / self.lengths[:, None]
+        phases = draw.uniform(0.0, 2.0 * np.pi, WAVES)
+        # The mean of cos² is a half: heights of variance 2·amplitude/WAVES add up to the amplitude.
         heights = draw.standard_normal((WAVES, count)) * np.sqrt(2.0 * self.amplitude / WAVES)
 
         def before(x: Floats) -> Floats:
@@ -128,12 +141,13 @@ class Surrogate:
         errors = draw.standard_normal((len(self.x), count)) * np.sqrt(self.noise)[:, None]
         if self.common.any():
             errors += self.common[:, None] * draw.standard_normal(count)
-        bend = scipy.linalg.cho_solve(self.factor, self.residual[:, None] - before(self.x) - errors)
+        missed = self.residual[:, None] - before(self.x) - errors
+        bend = scipy.linalg.cho_solve(self.factor, missed)
 
         def drawn(x: Floats) -> Floats:
             parts = [x[first : first + CHUNK] for first in range(0, len(x), CHUNK)]
-            found = np.concatenate([before(part) + self._covariance(part) @ bend for part in parts])
-            return np.asarray(self.mean + self.scale * found.T)
+            found = [before(part) + self._covariance(part) @ bend for part in parts]
+            return np.asarray(self.mean + self.scale * np.concatenate(found).T)
 
         return drawn
 
@@ -150,22 +164,25 @@ def regress(
     common: the part of each ± that is the same draw in all values, as that of members that come down at the same places.
     NaN values are ignored; of more than `most` values, `most` are chosen evenly. Raises TooFewError.
     """
-    there = np.flatnonzero(np.isfinite(y))
-    there = there[np.linspace(0, len(there) - 1, min(len(there), most)).astype(int)] if len(there) else there
-    if len(there) < FEWEST_VALUES:
-        raise TooFewError(f"{len(there)} values are known: needs at least {FEWEST_VALUES}")
-    x, y = x[there], y[there]
+    is_known = np.flatnonzero(np.isfinite(y))
+    chosen = is_known[_pick_evenly(len(is_known), most)]
+    if len(chosen) < FEWEST_VALUES:
+        raise TooFewError(f"{len(chosen)} values are known: needs at least {FEWEST_VALUES}")
+    x, y = x[chosen], y[chosen]
     if not y.std() > ALIKE * np.abs(y).max():
         raise TooFewError(f"all {len(y)} values are the same: no parameter that varies changes them")
-    shared = np.zeros(len(y)) if common is None else _share(common[there], errors[there])
-    errors = _smooth_errors(x, errors[there])
+    shared = np.zeros(len(y)) if common is None else _share(common[chosen], errors[chosen])
+    errors = _smooth_errors(x, errors[chosen])
     together = shared * errors
     mean, scale = float(y.mean()), float(y.std())
     residual = (y - mean) / scale
-    errors, together = (np.minimum(each, scale * ALIKE**-0.5) / scale for each in (errors, together))
+    # Larger errors are cut: beside a variance of 1/ALIKE that of the values, 1, is lost in rounding.
+    largest = scale * ALIKE**-0.5
+    errors = np.minimum(errors, largest) / scale
+    together = np.minimum(together, largest) / scale
     own = errors**2 - together**2
     stated = np.diag(own) + np.outer(together, together)
-    some = np.linspace(0, len(y) - 1, min(len(y), MOST_LEARNT)).astype(int)
+    some = _pick_evenly(len(y), MOST_LEARNT)
     kernel, found = _likeliest(x[some], residual[some], stated[np.ix_(some, some)])
     lengths, amplitude, scatter = found[:-2], float(found[-2]), float(found[-1])
     unexplained = scatter + JITTER * amplitude
@@ -198,10 +215,17 @@ def regress(
     )
 
 
+def _pick_evenly(count: int, most: int) -> NDArray[np.int_]:
+    """At most `most` of the numbers 0 to count - 1, evenly spaced."""
+    return np.linspace(0, max(count - 1, 0), min(count, most)).astype(int)
+
+
 def _share(part: Floats, whole: Floats) -> Floats:
     """Each part of an error over the whole, 0 where either is unknown."""
     known = np.isfinite(part) & (whole > 0.0)
-    return np.clip(np.divide(part, whole, out=np.zeros_like(whole), where=known), 0.0, 1.0)
+    shares = np.zeros_like(whole)
+    np.divide(part, whole, out=shares, where=known)
+    return np.clip(shares, 0.0, 1.0)
 
 
 def _smooth_errors(x: Floats, errors: Floats) -> Floats:
@@ -228,13 +252,16 @@ def _likeliest(x: Floats, residual: Floats, stated: Floats) -> tuple[Covariance,
     apart = (x[:, None, :] - x[None, :, :]) ** 2
     bounds = np.log([LENGTHS] * dimensions + [AMPLITUDES, SCATTERS])
     minimize: Any = scipy.optimize.minimize
-    starts = [np.log([*[length] * dimensions, amplitude, scatter]) for length, amplitude, scatter in STARTS]
     climb = partial(minimize, jac=True, bounds=bounds, method="L-BFGS-B", options={"maxiter": 60})
 
     def unlikelihood(logs: Floats, kernel: Covariance) -> tuple[float, Floats]:
         return _unlikelihood(kernel, np.exp(logs), apart, residual, stated)
 
-    found = [(kernel, climb(unlikelihood, start, (kernel,))) for kernel in KERNELS for start in starts]
+    found = []
+    for kernel in KERNELS:
+        for length, amplitude, scatter in STARTS:
+            start = np.log([*[length] * dimensions, amplitude, scatter])
+            found.append((kernel, climb(unlikelihood, start, (kernel,))))
     kernel, best = min(found, key=lambda each: float(each[1].fun))
     return kernel, np.exp(best.x)
 
@@ -257,9 +284,13 @@ def _unlikelihood(
         return 1e10, np.zeros_like(parameters)
     inverse = scipy.linalg.cho_solve(factor, np.eye(len(residual)))
     weights = inverse @ residual
-    value = 0.5 * residual @ weights + np.log(np.diag(factor[0])).sum()
+    # Half the logarithm of the determinant is the sum of those of the factor's diagonal.
+    half_determinant = np.log(np.diag(factor[0])).sum()
+    value = 0.5 * residual @ weights + half_determinant
     change = inverse - np.outer(weights, weights)
     # Eq. 5.9, ½ tr((K⁻¹ - α αᵀ) ∂K/∂θ) with α = K⁻¹ y. By the logarithm of a length k(r) changes by -k'/r times that
     # length's part of r².
     by_length = 0.5 * np.einsum("ij,ijk->k", change * amplitude * kernel.slope(r), squares)
-    return float(value), np.array([*by_length, 0.5 * np.sum(change * smooth), 0.5 * scatter * np.trace(change)])
+    by_amplitude = 0.5 * np.sum(change * smooth)
+    by_scatter = 0.5 * scatter * np.trace(change)
+    return float(value), np.array([*by_length, by_amplitude, by_scatter])
