@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
 from nanoslip.solver.ensemble import FEWEST, Ensemble
 from nanoslip.solver.outcome import Ending, InvalidInput
@@ -117,7 +118,8 @@ def deciding(
 
 def numbers_of_tasks() -> frozenset[str]:
     """Numbers that can be computed on another node spacing."""
-    return frozenset().union(*(uncertain_names(KINDS[kind]) for kind in ("contact", "record", "path", DRIVE)))
+    kinds = ("contact", "record", "path", DRIVE)
+    return frozenset().union(*(uncertain_names(KINDS[kind]) for kind in kinds))
 
 
 @dataclass
@@ -148,8 +150,9 @@ class _Search:
     def _on(self, factor: float) -> Case | None:
         """The case with nodes this much further apart, about; None where its scheme or settings exclude that, or where the grid
         has a validity flag that the case's own has not: its number would be no measure of the spacing's influence."""
-        own = zip(self.case.labels.names, self.case.values, strict=True)
-        given = {**self.manifest.fixed, **{name: value for name, value in own if value is not None}}
+        own = dict(zip(self.case.labels.names, self.case.values, strict=True))
+        given = dict(self.manifest.fixed)
+        given.update({name: value for name, value in own.items() if value is not None})
         nodes = 2 * round(self._spaces / factor / 2) + 1  # all schemes take odd numbers alone
         assert self.case.case is not None
         with suppress(InvalidInput):
@@ -166,12 +169,15 @@ class _Search:
     def _computed(self, other: Case) -> Spacing:
         found = Spacing(self._spaces / (other.slab.n_x - 1), other.slab.n_x)
         tasks = self._affordable_tasks(other)
-        last = next(task for _, task in reversed(tasks) if self.variable in uncertain_names(KINDS[task.kind]))
+        having_number = [task for _, task in tasks if self.variable in uncertain_names(KINDS[task.kind])]
+        last = having_number[-1]
         wanted = [task for _, task in tasks if task is last or task.kind == "record"]
-        results = [result for task in wanted if self.kept and (result := self.kept.find(task.key))]
+        stored = [self.kept.find(task.key) for task in wanted] if self.kept else []
+        results = [result for result in stored if result]
         if len(results) < len(wanted):
             expected = sum(estimate(task)[0] for _, task in tasks)
-            if (seconds := (self.rate or 1.0) * expected) > self.most:
+            seconds = (self.rate or 1.0) * expected
+            if seconds > self.most:
                 return replace(found, seconds=seconds)
             if self.announce:
                 self.announce(found.n_x, seconds)
@@ -187,24 +193,26 @@ class _Search:
     def _affordable_tasks(self, other: Case) -> list[tuple[str, Task]]:
         """Tasks of as many members as the case has if they take no longer than allowed, else of FEWEST."""
         own = self.manifest.ensemble
-        tasks = [
-            self._tasks(other, Ensemble(members, places=own.places)) for members in (max(own.likely, FEWEST), FEWEST)
-        ]
-        expected = sum(estimate(task)[0] for _, task in tasks[0])
-        return tasks[0] if (self.rate or 1.0) * expected <= self.most else tasks[1]
+        tasks = self._tasks(other, Ensemble(max(own.likely, FEWEST), places=own.places))
+        expected = sum(estimate(task)[0] for _, task in tasks)
+        if (self.rate or 1.0) * expected <= self.most:
+            return tasks
+        return self._tasks(other, Ensemble(FEWEST, places=own.places))
 
     def _with_value(self, found: Spacing, results: Sequence[TaskResult]) -> Spacing:
         """With the mean and its ± as a dataset would have them. results: of the record, if any, and last of the number's task."""
-        each = [{name: np.array([values], float) for name, values in one.scalars.items()} for one in results]
-        result, scalars = results[-1], each[-1]
-        number = result_quantities(KINDS[result.kind])[key := scalar_key(self.variable, result)]
+        result = results[-1]
+        found = replace(found, ending=result.outcome.ending.value)
+        scalars = _as_row(result)
+        key = scalar_key(self.variable, result)
         if key not in scalars:
-            return replace(found, ending=result.outcome.ending.value)
+            return found
+        number = result_quantities(KINDS[result.kind])[key]
         known, unit = mean_in_dataset(scalars, key, number), self._unit(number)
-        records = [of for of, one in zip(each, results, strict=True) if one.kind == "record"]
-        one_start = any(bool(alike_starts(of)[0]) for of in records)
+        records = [_as_row(each) for each in results if each.kind == "record"]
+        one_start = any(bool(alike_starts(record)[0]) for record in records)
         error = math.nan if one_start else float(known.uncertainty[0]) * unit
-        return replace(found, value=float(known.mean[0]) * unit, error=error, ending=result.outcome.ending.value)
+        return replace(found, value=float(known.mean[0]) * unit, error=error)
 
     def _tasks(self, other: Case, ensemble: Ensemble) -> list[tuple[str, Task]]:
         drives = {"": self.drive.dimensionless(self.manifest.scales)} if self.drive else {}
@@ -214,6 +222,11 @@ class _Search:
         """Factor from the solver's unit of the number to that of the dataset."""
         assert self.case.case is not None
         return factors(self.case.case, self.manifest.scales, self.drive)[number.per]
+
+
+def _as_row(result: TaskResult) -> dict[str, Floats]:
+    """The scalars of a result as a dataset of one case has them, each (1, members)."""
+    return {name: np.array([values], float) for name, values in result.scalars.items()}
 
 
 def _keep(results: Sequence[TaskResult], kept: Store | None) -> None:
@@ -232,7 +245,9 @@ def deciding_lines(found: Deciding, title: str = "") -> Iterator[str]:
     """
     unit = as_written(variables_by_name()[found.variable].units)
     for spacing in found.computed:
-        value = with_error(spacing.value, spacing.error) if unit == "1" else compact(spacing.value, unit, spacing.error)
+        value = compact(spacing.value, unit, spacing.error)
+        if unit == "1":
+            value = with_error(spacing.value, spacing.error)
         yield f"{title}with {times(spacing)} the node spacing: {value}"
     yield from (missing_words(spacing) for spacing in found.spacings if not spacing.has_value)
     if math.isfinite(found.without_drop):

@@ -3,11 +3,12 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.shared import column, image, series_styles
 from nanoslip.study.manifest.parameters import Value, table_words
@@ -42,7 +43,8 @@ class Diagram:
     @property
     def on_front(self) -> NDArray[np.bool_]:
         """Mask of the rows that no rival beats in time and error."""
-        time, error, series = (self.column(name) for name in ("seconds", self.error, self.series))
+        time, error = self.column("seconds"), self.column(self.error)
+        series = self.column(self.series)
         if self.rivals:
             return pareto_front(time, error)
         marked = np.zeros(len(self.rows), dtype=np.bool_)
@@ -76,10 +78,10 @@ def as_table(diagram: Diagram) -> Table:
     """All rows of a diagram, a value and its uncertainty in one cell; the rows on the front are marked."""
     keys = table_words("numerics")  # stay as they are written
     header = [name if name in keys else name.replace("_", " ") for name in diagram.shown]
-    rows = (
-        (*(_cell(row[name], row.get(f"{name}_uncertainty")) for name in diagram.shown), FRONT_MARK if marked else "")
-        for row, marked in zip(diagram.rows, diagram.on_front, strict=True)
-    )
+    rows = []
+    for row, is_on_front in zip(diagram.rows, diagram.on_front, strict=True):
+        cells = [_cell(row[name], row.get(f"{name}_uncertainty")) for name in diagram.shown]
+        rows.append((*cells, FRONT_MARK if is_on_front else ""))
     return Table((*header, "front"), tuple(rows))
 
 
@@ -113,21 +115,35 @@ SERIES: Final = {
 """Diagram and series that have an error, not another scene, -> label in the picture."""
 
 
+def _front_lines(diagram: Diagram) -> dict[str, tuple[Floats, Floats]]:
+    """Label of each series with an error -> times and errors of its front, in rising time."""
+    time = diagram.column("seconds").astype(float)
+    error = diagram.column(diagram.error).astype(float)
+    series = diagram.column(diagram.series)
+    lines = {}
+    for name in dict.fromkeys(series.tolist()):
+        label = SERIES.get((diagram.title, str(name)))
+        if label:
+            mine = np.flatnonzero(series == name)
+            best = mine[pareto_front(time[mine], error[mine])]
+            best = best[np.argsort(time[best])]
+            lines[label] = time[best], error[best]
+    return lines
+
+
 def draw_fronts(diagrams: Sequence[Diagram]) -> bytes:
     """The front of each series of all diagrams on the same axes, as PNG; points without an error are at the lower
     edge."""
     with column(3.9) as figure:
-        axes, lines = figure.add_subplot(), dict[str, tuple[Any, Any]]()
+        axes = figure.add_subplot()
+        lines: dict[str, tuple[Floats, Floats]] = {}
         for diagram in diagrams:
-            time, error, series = (diagram.column(name) for name in ("seconds", diagram.error, diagram.series))
-            for name in dict.fromkeys(series.tolist()):
-                if label := SERIES.get((diagram.title, str(name))):
-                    mine = series == name
-                    best = pareto_front(time[mine].astype(float), error[mine].astype(float))
-                    order = np.argsort(time[mine][best])
-                    lines[label] = time[mine][best][order].astype(float), error[mine][best][order].astype(float)
-        floor = 0.3 * min(error[error > 0.0].min(initial=np.inf) for _, error in lines.values())
-        for (label, (time, error)), look in zip(lines.items(), series_styles(), strict=False):
+            lines |= _front_lines(diagram)
+        errors = np.concatenate([error for _, error in lines.values()])
+        # An error of zero has no place on a logarithmic axis: it is drawn a third of the least one below all others.
+        floor = 0.3 * errors[errors > 0.0].min(initial=np.inf)
+        for label, look in zip(lines, series_styles(), strict=False):
+            time, error = lines[label]
             axes.loglog(time, np.maximum(error, floor), label=label, markersize=4, **look)
         axes.axhline(floor, color="grey", linewidth=0.6, linestyle=":", label="reference")
         axes.set(xlabel="processor time (s)", ylabel="relative error")

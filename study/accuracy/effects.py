@@ -117,7 +117,8 @@ def comparison_seconds(scenes: Scenes) -> float:
     found: dict[str, float] = {}
     for each in scenes.cases:
         assert each.case is not None
-        without = [(case, drives) for _, case, drives, problem in _left_out(scenes, each.case) if not problem]
+        left_out = _left_out(scenes, each.case)
+        without = [(case, drives) for _, case, drives, problem in left_out if not problem]
         for case, drives in [(each.case, scenes.drives), *without]:
             for _, task in scene_tasks(scenes.manifest, case, drives, scenes.ensemble, scenes.variables):
                 found.setdefault(task.key, estimate(task)[0])
@@ -139,8 +140,9 @@ def find_verdict(found: Sequence[Influence], tolerance: float) -> Verdict:
     sorted_by = dict[str, list[str]](needed=[], negligible=[], unknown=[])
     for effect in dict.fromkeys(each.effect for each in found):
         own = [each for each in found if each.effect == effect]
-        changes = np.array([[abs(each.change), 2.0 * each.uncertainty] for each in own])
-        least, most = changes[:, 0] - changes[:, 1], changes[:, 0] + changes[:, 1]
+        changes = np.array([abs(each.change) for each in own])
+        reach = np.array([2.0 * each.uncertainty for each in own])
+        least, most = changes - reach, changes + reach
         if (least > tolerance).any():
             sorted_by["needed"].append(effect)
         elif (most <= tolerance).all() or (not tolerance and np.isfinite(most).all()):
@@ -162,15 +164,19 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
     named = {each.label: each for each in scenes.manifest.drives}
     for number, campaign_case in enumerate(scenes.cases, start=1):
         assert campaign_case.case is not None
-        done = {key: each for key, each in done.items() if each[0].kind == "compliance"}  # memory is for one case
+        # Results of one case fit into memory; the next case needs none of them but compliances.
+        done = {key: each for key, each in done.items() if each[0].kind == "compliance"}
         whole, seconds_of_whole = _computed(scenes, campaign_case.case, scenes.drives, done)
         for effect, case, drives, problem in _left_out(scenes, campaign_case.case):
             fewer, its_seconds = (whole, seconds_of_whole) if problem else _computed(scenes, case, drives, done)
             for place, result in fewer.items():
                 variable, drive = place
-                where, before = f"{number}, drive {drive}" if drive else f"{number}", whole[place]
-                if not (ended := before.outcome).ok:
-                    ended = ended.naming(key_of_duration(named[drive])) if drive else ended
+                where = f"{number}, drive {drive}" if drive else f"{number}"
+                before = whole[place]
+                ended = before.outcome
+                if not ended.ok:
+                    if drive:
+                        ended = ended.naming(key_of_duration(named[drive]))
                     failed[f"case {where}: {ended.ending}: {ended.message}"] = None
                 elif problem:
                     changes[effect, variable].append(Change(where, problem=problem))
@@ -201,20 +207,22 @@ def scene_tasks(
     manifest: Manifest, case: Case, drives: Drives, ensemble: Ensemble, names: Sequence[str]
 ) -> list[tuple[str, Task]]:
     """The label of a drive or nothing, and a task; needed ones first. names: the requested variables."""
-    slides, of_case = "slip" in manifest.stages, list[Task]()
+    slides = "slip" in manifest.stages
+    tasks: list[tuple[str, Task]] = []
     if not slides or {*names} & {*OF_CONTACTS}:
-        of_case.append(kinds.contact_task(case, ensemble, scalars_only=True))
+        tasks.append(("", kinds.contact_task(case, ensemble, scalars_only=True)))
     if case.path:
-        of_case.append(kinds.path_task(case, ensemble, scalars_only=True))
+        tasks.append(("", kinds.path_task(case, ensemble, scalars_only=True)))
     if slides and (drives or not case.path):
         record = kinds.record_task(case, ensemble)
-        of_case += [*kinds.all_batches(case, record.ensemble), record]
+        batches = kinds.all_batches(case, record.ensemble)
+        tasks += [("", task) for task in (*batches, record)]
     critical = manifest.outputs.critical and bool({*names} & quantities(CriticalVelocity).keys())
     asked = {"scalars_only": True, "fitted": manifest.outputs.fit, "critical": critical}
-    of_drives = ((label, kinds.drive_task(case, drive, ensemble, **asked)) for label, drive in drives.items())
-    tasks, compliance = [*(("", task) for task in of_case), *of_drives], kinds.compliance_task(case.slab)
-    needed = any(compliance.key in task.needs for _, task in tasks)
-    return [("", compliance), *tasks] if needed else tasks
+    tasks += [(label, kinds.drive_task(case, drive, ensemble, **asked)) for label, drive in drives.items()]
+    compliance = kinds.compliance_task(case.slab)
+    is_needed = any(compliance.key in task.needs for _, task in tasks)
+    return [("", compliance), *tasks] if is_needed else tasks
 
 
 def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[dict[Place, TaskResult], float]:
@@ -227,32 +235,43 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[d
         compute_tasks(tasks, done)
     found = dict[Place, TaskResult]()
     for label, task in tasks:
+        result, _ = done[task.key]
         names = kinds.uncertain_names(kinds.KINDS[task.kind])
-        found |= {(variable, label): done[task.key][0] for variable in scenes.variables if variable in names}
-    return found, sum(done[task.key][1] for _, task in tasks if task.kind != "compliance")
+        found |= {(variable, label): result for variable in scenes.variables if variable in names}
+    keys = [task.key for _, task in tasks if task.kind != "compliance"]
+    return found, sum(done[key][1] for key in keys)
 
 
 def compute_tasks(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
     """Compute tasks, inputs first, and add their results and core seconds to `done`."""
     for _, task in tasks:
         if task.key not in done:
-            done[task.key] = measure_time(partial(run_task, task, {key: done[key][0] for key in task.needs}))
-            for array in done[task.key][0].arrays.values():
+            inputs = {key: done[key][0] for key in task.needs}
+            result, seconds = measure_time(partial(run_task, task, inputs))
+            done[task.key] = result, seconds
+            for array in result.arrays.values():
                 array.setflags(write=False)  # as a store gives it: kernels are compiled for that
 
 
 def scalar_key(variable: str, result: TaskResult) -> str:
     """Name in a result of the scalar that is a variable of the dataset."""
-    return next(key for key, each in kinds.result_quantities(kinds.KINDS[result.kind]).items() if each.name == variable)
+    numbers = kinds.result_quantities(kinds.KINDS[result.kind])
+    return next(key for key, each in numbers.items() if each.name == variable)
 
 
 def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -> Change:
     """Change of a number between two results with the same members."""
     key = scalar_key(variable, whole)
-    values = np.array([each.scalars.get(key, [math.nan] * len(whole.scalars[key])) for each in (without, whole)], float)
-    difference, mean = mean_of(values[0] - values[1]), abs(float(mean_of(values[1]).mean)) or math.nan
+    unknown = [math.nan] * len(whole.scalars[key])
+    values = np.array(whole.scalars[key], float)
+    values_without = np.array(without.scalars.get(key, unknown), float)
+    # Members come down at the same places in both: their differences scatter less than the numbers.
+    difference = mean_of(values_without - values)
+    mean = abs(float(mean_of(values).mean)) or math.nan
     ended = without.outcome.naming("duration")
-    problem = "" if ended == whole.outcome else ended.message if ended.ok else f"{ended.ending}: {ended.message}"
+    problem = ""
+    if ended != whole.outcome:
+        problem = ended.message if ended.ok else f"{ended.ending}: {ended.message}"
     return Change(where, float(difference.mean) / mean, float(difference.uncertainty) / mean, problem)
 
 
@@ -263,8 +282,10 @@ def _means(
     every: tuple[Effect[Case] | Effect[Drive], ...] = (*scenes.of_cases, *scenes.of_drives)
     for effect in every:
         for variable in scenes.variables:
-            if own := changes.get((effect.name, variable)):
-                known = sorted((each for each in own if math.isfinite(each.change)), key=lambda each: each.change)
+            own = changes.get((effect.name, variable))
+            if own:
+                finite = [each for each in own if math.isfinite(each.change)]
+                known = sorted(finite, key=lambda each: each.change)
                 without, whole = map(sum, zip(*seconds[effect.name], strict=True))
                 problems = tuple(f"case {each.where}: {each.problem}" for each in own if each.problem)
                 ranked = tuple(known or own[:1])

@@ -80,19 +80,24 @@ def _measure_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Re
     ensemble, compliance = Ensemble(effort.starts), surface_compliance(case.slab)
     first, *others = (ensemble.case(case, number) for number in range(effort.starts))
     record, seconds = measure_time(partial(slide, first, compliance), effort.repeats)
-    each = [
-        record_observables(record, setup),
-        *(record_observables(slide(other, compliance), setup) for other in others),
-    ]
-    means = {name: mean_of(np.array([one[name] for one in each])) for name in OBSERVABLES}
-    return seconds, {name: (float(mean.mean), float(mean.uncertainty)) for name, mean in means.items()}
+    starts = [record_observables(record, setup)]
+    starts += [record_observables(slide(other, compliance), setup) for other in others]
+    means: Reading = {}
+    for name in OBSERVABLES:
+        mean = mean_of(np.array([start[name] for start in starts]))
+        means[name] = float(mean.mean), float(mean.uncertainty)
+    return seconds, means
 
 
 def _knob_cases(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
     """Knob -> its values and their cases, the reference last."""
-    sizes = [(float(size), change_grid(case, n_x=size, scheme=case.slab.scheme.name)) for size in effort.record_sizes]
-    rules = [replace(case.slip_rule, event_floor=each) for each in sorted(effort.event_floors, reverse=True)]
-    return {"n_x": sizes, "event_floor": [(rule.event_floor, replace(case, slip_rule=rule)) for rule in rules]}
+    scheme = case.slab.scheme.name
+    sizes = [(float(size), change_grid(case, n_x=size, scheme=scheme)) for size in effort.record_sizes]
+    floors = []
+    for floor in sorted(effort.event_floors, reverse=True):
+        rule = replace(case.slip_rule, event_floor=floor)
+        floors.append((rule.event_floor, replace(case, slip_rule=rule)))
+    return {"n_x": sizes, "event_floor": floors}
 
 
 def record_observables(record: FrictionRecord, setup: Setup) -> dict[str, float]:
@@ -141,12 +146,13 @@ def measure_integrators(setup: Setup, effort: Effort) -> Diagram:
         return measure_time(partial(integrate, profile, own, record.initial_stiffness), effort.repeats)
 
     truth, seconds = run(Exact())
-    rows: list[Row] = [{"integrator": "exact", "step": 0.0, "seconds": seconds, "spring_force": 0.0, "velocity": 0.0}]
+    none = {"spring_force": 0.0, "velocity": 0.0}
+    rows: list[Row] = [{"integrator": "exact", "step": 0.0, "seconds": seconds, **none}]
     unit = setup.scales.time(setup.drive.pin_mass)
     for step in effort.time_steps if drive.surface_compliance else ():
         found, seconds = run(RK4(step / unit))
         if found.outcome.ok:
-            errors = {name: _apart(getattr(found, name), getattr(truth, name)) for name in ("spring_force", "velocity")}
+            errors = {name: _apart(getattr(found, name), getattr(truth, name)) for name in none}
             rows.append({"integrator": "rk4", "step": step, "seconds": seconds, **errors})
     return Diagram(
         title="Dynamics",
@@ -161,7 +167,8 @@ def measure_integrators(setup: Setup, effort: Effort) -> Diagram:
 
 def _apart(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
     """Root mean square difference over the root mean square of the truth."""
-    return float(np.sqrt(np.mean((found - truth) ** 2) / np.mean(truth**2)))
+    difference = np.mean((found - truth) ** 2)
+    return float(np.sqrt(difference / np.mean(truth**2)))
 
 
 def as_markdown(measurement: "Measurement") -> str:

@@ -128,14 +128,19 @@ def nodal_forces_of_ball(compliance: Compliance, radius: float) -> Vector:
     places, weights = GAUSS
     middles = np.unique(compliance.x)
     half = 0.5 * (middles[1] - middles[0])
-    low, high = (np.clip(middles + side, -radius, radius) for side in (-half, half))
-    x = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * places
+    low = np.clip(middles - half, -radius, radius)
+    high = np.clip(middles + half, -radius, radius)
+    half_width = 0.5 * (high - low)
+    x = 0.5 * (low + high)[:, None] + half_width[:, None] * places
     chord = np.sqrt(np.maximum(radius**2 - x**2, 0.0))[..., None]
     edges = np.append(middles - half, middles[-1] + half)
     y = np.clip(edges, -chord, chord)
-    angle = np.arcsin(np.divide(y, chord, out=np.zeros_like(y), where=chord > 0.0))
-    below = 0.5 * (y * np.sqrt(np.maximum(chord**2 - y**2, 0.0)) + chord**2 * angle)
-    columns = np.einsum("cgr,g,c->cr", np.diff(below, axis=-1), weights, 0.5 * (high - low))
+    sine = np.zeros_like(y)
+    np.divide(y, chord, out=sine, where=chord > 0.0)
+    root = np.sqrt(np.maximum(chord**2 - y**2, 0.0))
+    # The integral up to each edge; the load of a square is the difference between its edges.
+    up_to_edge = 0.5 * (y * root + chord**2 * np.arcsin(sine))
+    columns = np.einsum("cgr,g,c->cr", np.diff(up_to_edge, axis=-1), weights, half_width)
     return np.asarray(1.5 / (np.pi * radius**3) * columns.ravel())
 
 
@@ -160,7 +165,9 @@ def _contact(compliance: Compliance, half_width: float) -> dict[str, float]:
     slab, normal_load = compliance.slab, 1e-3
     soft = normal_load * (1.0 - slab.poisson)
     # Hertz: a² = 2WR(1 - ν)/π of a cylinder, a³ = 3WR(1 - ν)/8 of a ball.
-    radius = 8.0 * half_width**3 / (3.0 * soft) if slab.scheme.planar else np.pi * half_width**2 / (2.0 * soft)
+    radius = np.pi * half_width**2 / (2.0 * soft)
+    if slab.scheme.planar:
+        radius = 8.0 * half_width**3 / (3.0 * soft)
     case = Case(radius=radius, normal_load=normal_load, slab=slab, initial_contact="frictionless")
     state = initial_contact(case, compliance)
     if not state.outcome.ok:
@@ -178,9 +185,12 @@ def _contact(compliance: Compliance, half_width: float) -> dict[str, float]:
 
 def lateral_stiffness(compliance: Compliance, nodes: NDArray[np.int64]) -> float:
     """K = dF/dδ_p of nodes that all stick, the load constant and the approach free (Eq. 15), in G·L_y."""
-    m, rows = len(nodes), np.concatenate((nodes, nodes + compliance.slab.nodes))
+    m = len(nodes)
+    rows = np.concatenate((nodes, nodes + compliance.slab.nodes))
+    # The load is held by a last row, the sum of all normal forces, whose unknown is the approach.
     pressed = np.concatenate((np.zeros(m), np.ones(m)))[:, None]
-    bordered = np.block([[compliance.entries(rows, rows), pressed], [pressed.T, np.zeros((1, 1))]])
+    entries = compliance.entries(rows, rows)
+    bordered = np.block([[entries, pressed], [pressed.T, np.zeros((1, 1))]])
     moved = np.concatenate((np.ones(m), np.zeros(m + 1)))
     return float(np.linalg.solve(bordered, moved)[:m].sum())
 
@@ -215,13 +225,17 @@ def _worst(errors: Mapping[str, float]) -> float:
 
 def _words(slab: Slab, doubt: float) -> str:
     """The reference and its doubt."""
-    grid = ", ".join(f"{name} = {value}" for name, value in discretization_settings(slab).items() if value is not None)
-    return f"{grid}; one with a surface half as fine differs from it by {doubt:.1e}"
+    settings = discretization_settings(slab).items()
+    grid = ", ".join(f"{name} = {value}" for name, value in settings if value is not None)
+    return f"{grid}; with half as many nodes on its surface it changes by {100.0 * doubt:.2g} %"
 
 
 def _knobs(slab: Slab) -> dict[str, Value]:
     """Settings that discretize a slab; numbers that its scheme does not have are NaN, words empty."""
     kinds: tuple[Any, ...] = tuple(SCHEMES.values())
     words = {item.name for kind in kinds for item in fields(kind) if field_choices(item.type)}
-    nothing = {name: "" if name in words else math.nan for name in discretization_settings(slab)}
-    return {name: nothing[name] if value is None else value for name, value in discretization_settings(slab).items()}
+    knobs = discretization_settings(slab)
+    for name, value in knobs.items():
+        if value is None:
+            knobs[name] = "" if name in words else math.nan
+    return knobs

@@ -40,7 +40,8 @@ def plateaus_of_members(case: Case, length: float, members: int) -> Sample:
     most = int(LIMITS["max_events"])
     long = replace(case, max_events=most, max_displacement=None, max_spacings=None, max_presliding=length)
     ensemble = Ensemble(members)
-    return [measure_time(partial(_plateau, ensemble.case(long, number), compliance)) for number in range(members)]
+    cases = (ensemble.case(long, number) for number in range(members))
+    return [measure_time(partial(_plateau, each, compliance)) for each in cases]
 
 
 def _plateau(case: Case, compliance: Compliance) -> float:
@@ -56,7 +57,8 @@ def measure_records(setup: Setup, effort: Effort) -> Diagram:
     rows = [_row("members", count, usual[:count], longest[:count]) for count in effort.members]
     few = min(most, USUAL_MEMBERS)
     for length in effort.lengths:
-        rows.append(_row("presliding", length, plateaus_of_members(setup.case, length, few), longest[:few]))
+        plateaus = plateaus_of_members(setup.case, length, few)
+        rows.append(_row("presliding", length, plateaus, longest[:few]))
     return Diagram(
         title="Records",
         reference=f"records of {effort.lengths[-1]:g} presliding lengths of the same members; of dimension a ball",
@@ -82,14 +84,17 @@ def as_ball(case: Case) -> Case:
     """The ball with a cylinder's curvature and Hertz half-width, on as many nodes across as are affordable."""
     if case.slab.scheme.planar:
         return case
-    slab = Slab(min(case.slab.n_x, MOST_ACROSS_BALL), poisson=case.slab.poisson, scheme="half_space")
-    load = 8.0 * estimate_half_width(case) ** 3 / (3.0 * case.radius * (1.0 - case.slab.poisson))
+    poisson = case.slab.poisson
+    slab = Slab(min(case.slab.n_x, MOST_ACROSS_BALL), poisson=poisson, scheme="half_space")
+    # Hertz: a³ = 3WR(1 - ν)/8 of a ball.
+    load = 8.0 * estimate_half_width(case) ** 3 / (3.0 * case.radius * (1.0 - poisson))
     return replace(case, slab=slab, normal_load=load)
 
 
 def _row(knob: str, value: float, found: Sample, truth: Sample) -> Row:
     """Error of a mean: its ± (unless it is the reference's) and its distance from the reference."""
-    (values, seconds), (others, _) = (np.array(each).T for each in (found, truth))
+    values, seconds = np.array(found).T
+    others, _ = np.array(truth).T
     mean, reference = mean_of(values), mean_of(others)
     off = float(np.hypot(mean.uncertainty, mean.mean - reference.mean))
     if knob == "dimension" and np.array_equal(values, others):

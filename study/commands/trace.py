@@ -115,28 +115,43 @@ class TraceReading(NamedTuple):
         """The trace, its load and the velocity of its stage; NaN where they are not given. Raises Refusal, InvalidInput."""
         if self.time and self.displacement:
             raise Refusal("--time and --displacement exclude each other: the force is measured over one of the two")
-        given = TraceOptions(self.time or "", self.displacement or "", self.force or "", self.columns or ())
+        headers = (self.time or "", self.displacement or "", self.force or "")
+        given = TraceOptions(*headers, self.columns or ())
         trace = read_trace(file, file_text(file), given)
         load = parse_option("load", self.load, "N", positive=True)
         velocity = parse_option("velocity", self.velocity, "m s-1", positive=True)
         unit = "s" if trace.over == "time" else "m"
-        trace = trace.between(parse_option("from", self.start, unit), parse_option("to", self.end, unit))
+        start = parse_option("from", self.start, unit)
+        end = parse_option("to", self.end, unit)
+        trace = trace.between(start, end)
         offset = parse_option("offset", self.offset, trace.unit)
         drift = parse_option("drift", self.drift, f"N {unit}-1")
-        trace = trace.without(*(0.0 if math.isnan(value) else value for value in (offset, drift)))
-        if math.isnan(load) and not (trace.unit == "N" and trace.load is not None and has_changing_load(trace.load)):
+        trace = trace.without(_or_zero(offset), _or_zero(drift))
+        if math.isnan(load) and not _is_over_load(trace):
             trace = trace.divide_by_load()
-        return (trace if math.isnan(velocity) else trace.convert_to_time(velocity)), load, velocity
+        if not math.isnan(velocity):
+            trace = trace.convert_to_time(velocity)
+        return trace, load, velocity
 
     def numbers(self, file: Path) -> tuple[Trace, float, TraceNumbers]:
         """The trace, its load and its numbers. Raises Refusal."""
         try:
             trace, load, velocity = self.trace(file)
             rig = parse_option("rig", self.rig, "N m-1", positive=True)
-            found = measure_trace(trace, load, velocity, self.damping, math.inf if math.isnan(rig) else rig)
+            stiffness = math.inf if math.isnan(rig) else rig
+            found = measure_trace(trace, load, velocity, self.damping, stiffness)
             return trace, load, found
         except InvalidInput as error:
             raise Refusal(f"{file}: {error}") from None
+
+
+def _or_zero(value: float) -> float:
+    return 0.0 if math.isnan(value) else value
+
+
+def _is_over_load(trace: Trace) -> bool:
+    """True if forces in N belong to loads that change, so that they show friction over load."""
+    return trace.unit == "N" and trace.load is not None and has_changing_load(trace.load)
 
 
 def show_trace(
@@ -158,8 +173,9 @@ def show_trace(
     computed = _of_drive(over, parameters) if over else None
     if as_json:
         numbers = {name: number._asdict() for name, number in found.numbers.items()}
-        read = [] if trace.source is None else list(_left_out(trace.source))
-        print_json({**numbers, "flags": found.flagged, "notes": [*read, *map(sentence, found.flags)]})
+        notes = [] if trace.source is None else list(_left_out(trace.source))
+        notes += map(sentence, found.flags)
+        print_json({**numbers, "flags": found.flagged, "notes": notes})
     else:
         note(_as_read(trace))
         print_table(_table(found, computed))
@@ -173,10 +189,14 @@ def show_trace(
 
 def _as_read(trace: Trace) -> str:
     what = "force" if trace.unit == "N" else "friction coefficient"
-    end = f"{trace.at[0]:.4g} to {trace.at[-1]:.4g} {'s' if trace.over == 'time' else 'm'}"
-    read = [] if trace.source is None else [separation(trace.source.columns), *_left_out(trace.source)]
-    sizes = f"{what} from {trace.force.min():.4g} to {trace.force.max():.4g}{'' if trace.unit == '1' else ' N'}"
-    return "; ".join((f"{len(trace.at)} points of {what} over {trace.over} from {end}", *read, sizes))
+    unit = "s" if trace.over == "time" else "m"
+    span = f"from {trace.at[0]:.4g} to {trace.at[-1]:.4g} {unit}"
+    parts = [f"{len(trace.at)} points of {what} over {trace.over} {span}"]
+    if trace.source is not None:
+        parts += [separation(trace.source.columns), *_left_out(trace.source)]
+    force_unit = "" if trace.unit == "1" else " N"
+    parts.append(f"{what} from {trace.force.min():.4g} to {trace.force.max():.4g}{force_unit}")
+    return "; ".join(parts)
 
 
 def _left_out(source: TraceSource) -> Iterator[str]:
@@ -212,13 +232,19 @@ def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:
 
 def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
     rows = []
+    is_periodic = "mean_force" in found.numbers
     for name, (value, error, count, unit) in found.numbers.items():
         known = with_error(value, error) if count > 1 or math.isfinite(error) else f"{value:.4g}"
-        of = plural(count, "value") if count else "given"
-        beside = [] if computed is None else [_beside(computed, name, "mean_force" in found.numbers)]
-        rows.append((name, TRACE_SYMBOLS.get(name, ""), known, "" if unit == "1" else as_written(unit), of, *beside))
-    header = ("number", "symbol", "value ±", "unit", "mean of", *(["computed ±"] if computed is not None else []))
-    return Table(header, tuple(rows))
+        values = plural(count, "value") if count else "given"
+        written_unit = "" if unit == "1" else as_written(unit)
+        row = [name, TRACE_SYMBOLS.get(name, ""), known, written_unit, values]
+        if computed is not None:
+            row.append(_beside(computed, name, is_periodic))
+        rows.append(tuple(row))
+    header = ["number", "symbol", "value ±", "unit", "mean of"]
+    if computed is not None:
+        header.append("computed ±")
+    return Table(tuple(header), tuple(rows))
 
 
 def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr.Dataset | None = None) -> bytes:
@@ -268,12 +294,15 @@ def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr
 
 def _draw_over_load(trace: Trace, load: Floats, found: TraceNumbers, form: str) -> bytes:
     """Friction over normal load with its line."""
-    slope, intercept = (found.numbers[name].value for name in ("friction_slope", "friction_intercept"))
+    slope = found.numbers["friction_slope"].value
+    intercept = found.numbers["friction_intercept"].value
     ends = np.array([0.0, float(load.max())])
+    points: dict[str, Any] = {"markersize": 2.0, "color": shared.COLORS[5], "label": "measured"}
+    line: dict[str, Any] = {"color": shared.COLORS[1], "label": f"{intercept:.3g} N + {slope:.3g} W"}
     with shared.column(2.8, shared.PAGE) as figure:
         axes = figure.subplots()
-        axes.plot(load, trace.force, ".", markersize=2.0, color=shared.COLORS[5], label="measured")
-        axes.plot(ends, intercept + slope * ends, color=shared.COLORS[1], label=f"{intercept:.3g} N + {slope:.3g} W")
+        axes.plot(load, trace.force, ".", **points)
+        axes.plot(ends, intercept + slope * ends, **line)
         axes.set(xlabel="normal load W (N)", ylabel="force (N)")
         shared.legend(figure)
         return shared.image(figure, form)
@@ -281,7 +310,8 @@ def _draw_over_load(trace: Trace, load: Floats, found: TraceNumbers, form: str) 
 
 def _less(label: str, found: TraceNumbers) -> str:
     """The label of forces, with the subtracted part."""
-    subtracted = [name for name, value in (("offset", found.offset), ("drift", found.drift)) if value]
+    parts = {"offset": found.offset, "drift": found.drift}
+    subtracted = [name for name, value in parts.items() if value]
     return f"{label} less {' and '.join(subtracted)}" if subtracted else label
 
 

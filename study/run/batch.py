@@ -62,19 +62,26 @@ class Site:
     """Lines of shell before the start: modules, environments."""
 
     def __post_init__(self) -> None:
-        needs = {each.name: _need(each.name, getattr(self, each.name), type(each.default)) for each in fields(self)}
+        needs = {}
+        for setting in fields(self):
+            value = getattr(self, setting.name)
+            needs[setting.name] = _need(setting.name, value, type(setting.default))
         if not needs["time"] + needs["warning"] and self.warning >= parse_time_limit(self.time):
             needs["warning"] = f"less than time = {quote_toml(self.time)}"
-        problems = [Problem(Place(), name, getattr(self, name), need) for name, need in needs.items() if need]
+        wrong = {name: need for name, need in needs.items() if need}
+        problems = [Problem(Place(), name, getattr(self, name), need) for name, need in wrong.items()]
         if problems:
             raise ManifestError(problems)
 
 
 def _need(name: str, value: Any, kind: type) -> str:
     """Need of a wrong setting; empty for a valid value."""
-    items, of = (value, str) if isinstance(value, tuple) else ((value,), kind)
-    fits = isinstance(value, kind) and not isinstance(value, bool) and all(isinstance(each, of) for each in items)
-    if not fits:
+    is_list = isinstance(value, tuple)
+    items = value if is_list else (value,)
+    item_kind = str if is_list else kind
+    if not isinstance(value, kind) or isinstance(value, bool):
+        return _KINDS[kind]
+    if not all(isinstance(each, item_kind) for each in items):
         return _KINDS[kind]
     least = 0 if name in ("restarts", "deaths") else 1
     if kind is int:
@@ -89,10 +96,15 @@ def parse_time_limit(time: str) -> float:
     """Seconds of a time limit as sbatch reads it; NaN of another text."""
     days, dash, rest = time.rpartition("-")
     parts = rest.split(":")
-    if len(parts) > 3 or not all(each.isascii() and each.isdigit() for each in [*parts, days or "0" * (not dash)]):
+    if len(parts) > 3:
         return math.nan
-    numbers = [int(each) for each in parts]
-    hours, minutes, seconds = ([*numbers, 0, 0] if dash or len(numbers) == 3 else [0, *numbers, 0])[:3]
+    texts = [*parts, days] if dash else parts
+    if not all(text.isascii() and text.isdigit() for text in texts):
+        return math.nan
+    numbers = [int(part) for part in parts]
+    # After days the first number is hours; alone it is minutes, as before one of seconds.
+    has_hours = bool(dash) or len(numbers) == 3
+    hours, minutes, seconds = ([*numbers, 0, 0] if has_hours else [0, *numbers, 0])[:3]
     return 86400.0 * int(days or 0) + 3600.0 * hours + 60.0 * minutes + seconds
 
 
@@ -121,15 +133,19 @@ def load_site(path: Path) -> tuple[Site, str]:
         given = from_toml(read_text(path))
         remark = f"unknown; needs one of {', '.join(names)}"
         problems += [Problem(Place(), key, remark=remark) for key in given if key not in names]
-        values: dict[str, Any] = {key: tuple(each) if isinstance(each, list) else each for key, each in given.items()}
-        site = Site(**{key: each for key, each in values.items() if key in names})
+        values: dict[str, Any] = {key: each for key, each in given.items() if key in names}
+        for key, value in values.items():
+            if isinstance(value, list):
+                values[key] = tuple(value)
+        site = Site(**values)
         if not problems:
             return site, read_text(_template(path, site.template))
     except ManifestError as error:
         problems += error.problems
     except ValueError as error:
         raise SiteError(f"{path}: {error}") from None
-    placed = (each if each.place.file else replace(each, place=Place(path_shown(path))) for each in problems)
+    place = Place(path_shown(path))
+    placed = (each if each.place.file else replace(each, place=place) for each in problems)
     raise SiteError("\n".join(map(str, placed)))
 
 

@@ -107,8 +107,12 @@ class TaskQueue:
     def abandon(self, key: str) -> list[Work]:
         """Remove a taken task, which will never finish; return all that need it, directly or through others, and go with it."""
         del self.tasks[key]
-        lost = [each for each in self._dependents.pop(key, ()) if self._missing.pop(each, None) is not None]
-        return [task for each in lost for task in (self.tasks[each], *self.abandon(each))]
+        lost: list[Work] = []
+        for dependent in self._dependents.pop(key, ()):
+            if self._missing.pop(dependent, None) is not None:
+                lost.append(self.tasks[dependent])
+                lost += self.abandon(dependent)
+        return lost
 
 
 # Times of tasks, from the estimate of each and the measured times of others of its kind.
@@ -120,8 +124,10 @@ class MeasuredTimes:
     def __init__(self, *data: Mapping[str, Sequence[float]]) -> None:
         """data: kind -> number of tasks, seconds estimated, seconds measured; of several runs, which are added up."""
         self._sums: defaultdict[str, list[float]] = defaultdict(lambda: [0, 0.0, 0.0])
-        for kind, sums in (item for each in data for item in each.items()):
-            self._sums[kind] = [one + other for one, other in zip(self._sums[kind], sums, strict=True)]
+        for run in data:
+            for kind, sums in run.items():
+                pairs = zip(self._sums[kind], sums, strict=True)
+                self._sums[kind] = [total + own for total, own in pairs]
 
     def learn(self, task: Work, seconds: float) -> None:
         """Note the seconds that an ended task took."""
@@ -138,7 +144,8 @@ class MeasuredTimes:
         """Measured over estimated seconds: of this kind, else of all kinds together; 1 where nothing is measured."""
         _, estimated, measured = self._sums.get(kind, (0, 0.0, 0.0))
         if not estimated:
-            _, estimated, measured = map(sum, zip((0, 0.0, 0.0), *self._sums.values(), strict=True))
+            estimated = sum(sums[1] for sums in self._sums.values())
+            measured = sum(sums[2] for sums in self._sums.values())
         return measured / estimated if estimated > 0.0 else 1.0
 
     def seconds(self, task: Work) -> float:
@@ -147,7 +154,9 @@ class MeasuredTimes:
 
     def tasks(self, kinds: Collection[str]) -> int:
         """Number of measured tasks of these kinds; 0 unless there are some of each."""
-        return sum(int(self._sums[kind][0]) for kind in kinds) if self._sums.keys() >= set(kinds) else 0
+        if not self._sums.keys() >= set(kinds):
+            return 0
+        return sum(int(self._sums[kind][0]) for kind in kinds)
 
 
 # The state of a run: queued tasks, outcomes of finished ones, and measured seconds of each kind of task.
@@ -346,7 +355,9 @@ class Ledger:
 
     def expected(self, task: Work) -> float:
         """Estimated seconds of this task, scaled by the measured times of its kind; infinite before one has ended."""
-        return max(self._measured.seconds(task), LEAST_TASK_SECONDS) if self._measured.tasks((task.kind,)) else math.inf
+        if not self._measured.tasks((task.kind,)):
+            return math.inf
+        return max(self._measured.seconds(task), LEAST_TASK_SECONDS)
 
     def give_back(self, keys: Iterable[str]) -> None:
         """Put taken tasks that have not begun back into the queue."""

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import signal
 import sys
 import threading
@@ -45,7 +46,8 @@ def launcher_rank() -> int:
 
 def _numbers(*names: str) -> Iterator[int]:
     """The variables of the environment, of these, that are numbers."""
-    return (int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit())
+    texts = (os.environ.get(name, "") for name in names)
+    return (int(text) for text in texts if text.isdigit())
 
 
 def processes_started() -> int:
@@ -56,10 +58,12 @@ def processes_started() -> int:
 
 def processes_here() -> int:
     """Number of processes on this machine; all of them if the launcher does not state it."""
-    sizes = _numbers("MPI_LOCALNRANKS", "OMPI_COMM_WORLD_LOCAL_SIZE")
-    # "4(x2),3": so many on the first machine (and on how many more); the first one has the most.
-    first = os.environ.get("SLURM_STEP_TASKS_PER_NODE", "").partition("(")[0].partition(",")[0]
-    return max([*sizes, *([int(first)] if first.isdigit() else [])], default=processes_started())
+    sizes = list(_numbers("MPI_LOCALNRANKS", "OMPI_COMM_WORLD_LOCAL_SIZE"))
+    # "4(x2),3": four on the first machine and on the next, three on the third; the first one has the most.
+    first = re.match("[0-9]+", os.environ.get("SLURM_STEP_TASKS_PER_NODE", ""))
+    if first:
+        sizes.append(int(first[0]))
+    return max(sizes, default=processes_started())
 
 
 def launcher_name() -> str:
@@ -71,13 +75,17 @@ def launcher_name() -> str:
 
 def slurm_job() -> str:
     """Number of the job of Slurm that this process is part of, and of the element of an array; empty outside."""
-    job, array = os.environ.get("SLURM_JOB_ID", ""), os.environ.get("SLURM_ARRAY_JOB_ID", "")
-    return f"{array}_{os.environ.get('SLURM_ARRAY_TASK_ID', '')}" if array else job
+    array = os.environ.get("SLURM_ARRAY_JOB_ID", "")
+    if array:
+        return f"{array}_{os.environ.get('SLURM_ARRAY_TASK_ID', '')}"
+    return os.environ.get("SLURM_JOB_ID", "")
 
 
 def cores() -> int:
     """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def computing_environment() -> dict[str, str]:

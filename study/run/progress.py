@@ -7,7 +7,7 @@ import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
 from operator import attrgetter
-from typing import Any, Self, TextIO
+from typing import Any, Final, Self, TextIO
 
 from nanoslip.solver.outcome import Outcome
 from nanoslip.study.run.dispatch import MeasuredTimes, Work
@@ -43,7 +43,8 @@ class TimeForecast:
         return self._done / (self._done + left) if left > 0.0 else 1.0
 
     def _core_seconds(self) -> float:
-        return sum(max(left, 0.0) * self._measured.factor(kind) for kind, left in self._left.items())
+        left = {kind: max(seconds, 0.0) for kind, seconds in self._left.items()}
+        return sum(seconds * self._measured.factor(kind) for kind, seconds in left.items())
 
 
 def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float] = attrgetter("cost")) -> float:
@@ -53,8 +54,10 @@ def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float]
     """
     chains: dict[str, float] = {}
     for task in tasks:
-        chains[task.key] = seconds(task) + max((chains.get(need, 0.0) for need in task.needs), default=0.0)
-    return max(sum(map(seconds, tasks)) / ranks, max(chains.values(), default=0.0))
+        needed = [chains.get(need, 0.0) for need in task.needs]
+        chains[task.key] = seconds(task) + max(needed, default=0.0)
+    shared_evenly = sum(map(seconds, tasks)) / ranks
+    return max(shared_evenly, max(chains.values(), default=0.0))
 
 
 def roughly(seconds: float) -> str:
@@ -64,9 +67,17 @@ def roughly(seconds: float) -> str:
 
 def to_one_digit(seconds: float) -> str:
     """Seconds as text: `0.05 s`, `3 min`."""
-    units = ((95.0, 1.0, "s"), (95.0, 60.0, "min"), (47.0, 3600.0, "h"), (math.inf, 86400.0, "days"))
-    number, word = next((seconds / unit, word) for most, unit, word in units if seconds / unit < most)
-    return f"{float(f'{number:.1g}'):g} {word}"
+    _, unit, word = next(each for each in _UNITS if seconds / each[1] < each[0])
+    return f"{float(f'{seconds / unit:.1g}'):g} {word}"
+
+
+_UNITS: Final = (
+    (95.0, 1.0, "s"),
+    (95.0, 60.0, "min"),
+    (47.0, 3600.0, "h"),
+    (math.inf, 86400.0, "days"),
+)
+"""Numbers below this are in this unit of so many seconds: 95 would be rounded to 100, and two days are 48 h."""
 
 
 def duration(seconds: float) -> str:
@@ -179,12 +190,16 @@ class TerminalProgress(Progress):
             console=console,
             disable=not tasks,
         )
-        self._room, self._share, self._label = max(console.width - OTHERS, 0), 0.0, ""
-        self._row = self._bar.add_task("", total=1.0, done=0, count=len(tasks), rate="", left="")
+        self._room = max(console.width - OTHERS, 0)
+        self._share = 0.0
+        self._label = ""
+        texts: dict[str, Any] = {"rate": "", "left": ""}
+        self._row = self._bar.add_task("", total=1.0, done=0, count=len(tasks), **texts)
 
     def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
         super().__call__(task, outcome, seconds)
-        self._label = next((text for text in (task.label, task.kind) if len(text) <= self._room), "")
+        texts = (task.label, task.kind, "")
+        self._label = next(text for text in texts if len(text) <= self._room)
         self._show()
 
     def _begin(self) -> None:
@@ -197,9 +212,8 @@ class TerminalProgress(Progress):
     def _show(self) -> None:
         self._share = max(self._share, self._forecast.share)
         rate, left = self._pace()
-        self._bar.update(
-            self._row, completed=self._share, description=self._label, done=self._done, rate=rate, left=left
-        )
+        texts: dict[str, Any] = {"rate": rate, "left": left, "description": self._label}
+        self._bar.update(self._row, completed=self._share, done=self._done, **texts)
 
 
 def open_progress(
