@@ -161,8 +161,11 @@ class Heterogeneity:
 
     def __post_init__(self) -> None:
         validate(self)
-        most = {"lognormal": WIDEST_SPREAD, "uniform": 1.0 / math.sqrt(3.0), "normal": 0.25}[self.distribution]
-        require("spread", self.spread, 0.0 <= self.spread <= most, f"0 ≤ spread ≤ {most:.4g} with {self.distribution}")
+        # A uniform distribution about 1 of this standard deviation begins at 0; a normal one is negative at 4 of them.
+        widest = {"lognormal": WIDEST_SPREAD, "uniform": 1.0 / math.sqrt(3.0), "normal": 0.25}
+        most = widest[self.distribution]
+        need = f"0 ≤ spread ≤ {most:.4g} with {self.distribution}"
+        require("spread", self.spread, 0.0 <= self.spread <= most, need)
         _check_roughness(self.roughness)
 
 
@@ -176,16 +179,20 @@ class Image(NamedTuple):
     @property
     def points(self) -> Roughness:
         """Points (ξ, height) of a profile, or (ξ, y, height) of an image in the order of nodes."""
-        xi, y = np.repeat(self.xi, len(self.y)), np.tile(self.y, len(self.xi))
-        columns = (xi, y, self.height.T.ravel()) if len(self.y) > 1 else (xi, self.height[0])
-        return tuple(zip(*[column.tolist() for column in columns], strict=True))
+        if len(self.y) == 1:
+            return tuple(zip(self.xi.tolist(), self.height[0].tolist(), strict=True))
+        xi = np.repeat(self.xi, len(self.y))
+        y = np.tile(self.y, len(self.xi))
+        height = self.height.T.ravel()
+        return tuple(zip(xi.tolist(), y.tolist(), height.tolist(), strict=True))
 
     def over(self, y: Floats) -> Floats:
         """Heights along rows at these positions across the drag, (rows, m), interpolated linearly in the image; a
         profile has one row for all positions."""
         if len(self.y) == 1:
             return self.height
-        return np.stack([np.interp(y, self.y, heights) for heights in self.height.T], axis=1)
+        columns = [np.interp(y, self.y, heights) for heights in self.height.T]
+        return np.stack(columns, axis=1)
 
 
 @lru_cache(maxsize=16)  # cases by the million share one
@@ -194,11 +201,13 @@ def make_image(points: Roughness) -> Image:
     columns = np.array(points or ((0.0, 0.0),)).T.copy()
     if len(columns) == 2:
         return Image(columns[0], np.zeros(1), columns[1:])
-    (xi, along), (y, across) = (np.unique(column, return_inverse=True) for column in columns[:2])
+    xi, along = np.unique(columns[0], return_inverse=True)
+    y, across = np.unique(columns[1], return_inverse=True)
     height = np.full((len(y), len(xi)), np.nan)
     height[across, along] = columns[2]
-    whole = len(points) == height.size and np.isfinite(height).all() and min(height.shape) > 1
-    require("roughness", len(points), bool(whole), "an image: a height at each ξ and y of a grid of at least 2 by 2")
+    has_each_once = len(points) == height.size and bool(np.isfinite(height).all())
+    is_grid = has_each_once and min(height.shape) > 1
+    require("roughness", len(points), is_grid, "an image: a height at each ξ and y of a grid of at least 2 by 2")
     return Image(xi, y, height)
 
 
@@ -206,7 +215,9 @@ def make_image(points: Roughness) -> Image:
 def _check_roughness(points: Roughness) -> None:
     require("roughness", len(points), len(points) != 1, "no or at least 2 points")
     image = make_image(points)
-    for before, after in itertools.chain(itertools.pairwise(image.xi.tolist()), itertools.pairwise(image.y.tolist())):
+    along = itertools.pairwise(image.xi.tolist())
+    across = itertools.pairwise(image.y.tolist())
+    for before, after in itertools.chain(along, across):
         require("roughness", (before, after), before < after, "points with increasing ξ")
         apart = after - before >= LEAST_APART
         require("roughness", (before, after), apart, f"points at least {LEAST_APART:g} apart")
@@ -391,22 +402,24 @@ class Case:
         Raises InvalidInput, for unknown names too.
         """
         for part in parameters.keys() & _TYPES.keys():
-            raise InvalidInput(
-                part, ABSENT, f"its parameters one by one here; Case({part}=…) takes a {_TYPES[part].__name__}"
-            )
+            need = f"its parameters one by one here; Case({part}=…) takes a {_TYPES[part].__name__}"
+            raise InvalidInput(part, ABSENT, need)
         refuse_unknown(parameters, parameters_of_a_case(), "a case")
-        of_the_slab = parameters.keys() & parameters_of_a_slab().keys()
-        parts: dict[str, Any] = {"slab": Slab.of({name: parameters[name] for name in of_the_slab})}
-        parts |= {part: kind(**_of(kind, parameters)) for part, kind in PARTS.items()}
+        slab = {name: parameters[name] for name in parameters.keys() & parameters_of_a_slab().keys()}
+        parts: dict[str, Any] = {"slab": Slab.of(slab)}
+        for part, kind in PARTS.items():
+            parts[part] = kind(**_of(kind, parameters))
         return cls(**_of(cls, parameters), **parts)
 
     @property
     def flat(self) -> dict[str, Any]:
         """Every parameter of the case and its parts, by name; None for the settings of schemes that it does not use."""
-        own = {name: getattr(self, name) for name in declared(type(self))}
-        return {**own, **self.slab.flat} | {
-            name: getattr(getattr(self, part), name) for part, kind in PARTS.items() for name in declared(kind)
-        }
+        values = {name: getattr(self, name) for name in declared(type(self))}
+        values.update(self.slab.flat)
+        for part, kind in PARTS.items():
+            own = getattr(self, part)
+            values.update({name: getattr(own, name) for name in declared(kind)})
+        return values
 
 
 def limits_shear(case: Case) -> bool:
@@ -459,15 +472,16 @@ def refuse_excluded(name: str, value: object, excluded: Mapping[str, tuple[bool,
 
 def _refuse_with_classical_sliding(case: Case) -> None:
     """Raise InvalidInput if classical sliding, residual_shear = 1, excludes another parameter."""
-    sticks, forward = math.isinf(case.intrinsic_friction), case.slip_rule.limited_shear == "forward"
-    fixed, rough = not case.effects.pin_translation, bool(case.heterogeneity.roughness)
+    sticks = math.isinf(case.intrinsic_friction)
+    forward = case.slip_rule.limited_shear == "forward"
+    fixed = not case.effects.pin_translation
+    rough = bool(case.heterogeneity.roughness)
     smaller = "residual_shear = 0.999, as classical sliding"
-    excluded = {
-        "intrinsic_friction": (sticks, math.inf, "a finite μ_i, as it slides at μ_i·pressure"),
-        "limited_shear": (forward, "forward", f"{smaller} limits shear both ways"),
-        "pin_translation": (fixed, False, f"{smaller} is computed with the pin carried along only"),
-        "roughness": (rough, ABSENT, f"{smaller} is computed on smooth pins only"),
-    }
+    excluded: dict[str, tuple[bool, object, str]] = {}
+    excluded["intrinsic_friction"] = (sticks, math.inf, "a finite μ_i, as it slides at μ_i·pressure")
+    excluded["limited_shear"] = (forward, "forward", f"{smaller} limits shear both ways")
+    excluded["pin_translation"] = (fixed, False, f"{smaller} is computed with the pin carried along only")
+    excluded["roughness"] = (rough, ABSENT, f"{smaller} is computed on smooth pins only")
     refuse_excluded("residual_shear", 1.0, excluded)
 
 
@@ -475,7 +489,8 @@ def _refuse_by_rows(case: Case) -> None:
     """Raise InvalidInput for parameters that need a plane of nodes, or that are not computed on a plane."""
     points, planar = case.heterogeneity.roughness, case.slab.scheme.planar
     if not planar:
-        require("start_y", case.start_y, case.start_y == 0.0, '0, as plane strain has no y; or scheme = "half_space"')
+        need = '0, as plane strain has no y; or scheme = "half_space"'
+        require("start_y", case.start_y, case.start_y == 0.0, need)
     if points and planar != (len(points[0]) == 3):
         need = 'scheme = "half_space" or "layer", as plane strain takes a profile'
         if planar:
@@ -486,15 +501,22 @@ def _refuse_by_rows(case: Case) -> None:
 def _refuse_with_a_path(case: Case) -> None:
     """Raise InvalidInput if a path excludes another parameter."""
     path, friction, contacts = case.path, case.intrinsic_friction, case.interface.contacts
-    varying, forward = path.loads_change and not case.effects.pin_translation, case.slip_rule.limited_shear == "forward"
-    unknown = path.presliding and (math.isinf(friction) or not limits_shear(case))
-    excluded = {
-        "friction": (not case.effects.friction, False, "a pin that drags the surface"),
-        "contacts": (contacts > 1, contacts, "a single contact"),
-        "limited_shear": (forward, "forward", "shear limited both ways, as backward nothing would slip"),
-        "pin_translation": (varying, False, "one load, as constant pressures are those of initial contact"),
-        "intrinsic_friction": (unknown, friction, "ways in L_x (stroke, legs), as there is no presliding length"),
-    }
+    frictionless = not case.effects.friction
+    forward = case.slip_rule.limited_shear == "forward"
+    varying = path.loads_change and not case.effects.pin_translation
+    # (μ_i·W + strength·area)/K is infinite if nodes stick, and 0 if they have no limit.
+    has_no_presliding = math.isinf(friction) or not limits_shear(case)
+    unknown = path.presliding and has_no_presliding
+    excluded: dict[str, tuple[bool, object, str]] = {}
+    excluded["friction"] = (frictionless, False, "a pin that drags the surface")
+    excluded["contacts"] = (contacts > 1, contacts, "a single contact")
+    excluded["limited_shear"] = (forward, "forward", "shear limited both ways, as backward nothing would slip")
+    excluded["pin_translation"] = (varying, False, "one load, as constant pressures are those of initial contact")
+    excluded["intrinsic_friction"] = (
+        unknown,
+        friction,
+        "ways in L_x (stroke, legs), as there is no presliding length",
+    )
     refuse_excluded("path", ABSENT, excluded)
 
 

@@ -63,9 +63,12 @@ NOT_SEEN = 2.0
 def around(case: Case, followed: Nodes, pin_rate: float = 0.0) -> Window:
     """The window of nodes (n,) to follow, with its margin. pin_rate: of a pin that slides on (`Scalars.pin_rate`), or 0."""
     if case.slab.rows > 1:
-        return _patch_around(followed.reshape(-1, case.slab.rows), 0.0 if case.heterogeneity.roughness else pin_rate)
+        smooth_rate = 0.0 if case.heterogeneity.roughness else pin_rate
+        return _patch_around(followed.reshape(-1, case.slab.rows), smooth_rate)
     nodes, more = followed.nonzero()[0], margin(len(followed))
-    return np.arange(max(int(nodes[0]) - more, 0), min(int(nodes[-1]) + more + 1, len(followed)))
+    first = max(int(nodes[0]) - more, 0)
+    last = min(int(nodes[-1]) + more, len(followed) - 1)
+    return np.arange(first, last + 1)
 
 
 def _patch_around(followed: Nodes, pin_rate: float) -> Window:
@@ -74,7 +77,8 @@ def _patch_around(followed: Nodes, pin_rate: float) -> Window:
     patch = wider(followed, RINGS)
     if pin_rate:
         columns = np.flatnonzero(followed.any(axis=1))
-        behind = (2 * np.arange(len(followed)) - columns[0] - columns[-1]) * pin_rate < 0.0
+        from_middle = 2 * np.arange(len(followed)) - columns[0] - columns[-1]  # twice the distance
+        behind = from_middle * pin_rate < 0.0
         patch[behind] = wider(followed, RINGS - 1)[behind]
     return np.flatnonzero(patch)
 
@@ -93,12 +97,15 @@ def outer_nodes(case: Case, window: Window, contact: Nodes, pin_rate: float | No
         beyond[-1] = goes_on and pin_rate != -1.0 and columns.max() < slab.n_x - 1
         beyond[1:-1].reshape(-1)[window] = False
         return wider(beyond)[1:-1].ravel()[window]
-    last, place = len(window) - 1, np.arange(len(window))
-    behind = window[0] > 0 or (goes_on and pin_rate != 1.0 and not contact[: GUARD + 1].any())
-    ahead = window[-1] + 1 < slab.n_x or (goes_on and pin_rate != -1.0 and not contact[last - GUARD :].any())
-    return np.asarray(
-        (place < GUARD if behind else False) | (place > last - GUARD if ahead else False) | np.zeros(last + 1, bool)
-    )
+    last = len(window) - 1
+    grows_behind = goes_on and pin_rate != 1.0 and not contact[: GUARD + 1].any()
+    grows_ahead = goes_on and pin_rate != -1.0 and not contact[last - GUARD :].any()
+    outer = np.zeros(len(window), np.bool_)
+    if window[0] > 0 or grows_behind:
+        outer[:GUARD] = True
+    if window[-1] + 1 < slab.n_x or grows_ahead:
+        outer[max(last - GUARD + 1, 0) :] = True
+    return outer
 
 
 def dropped_nodes(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) -> int:
@@ -108,24 +115,37 @@ def dropped_nodes(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) 
     nodes = (contact if followed.all() else followed).nonzero()[0] // rows
     more = margin(columns) if rows == 1 else RINGS + 1
     off = int(nodes[0] + nodes[-1] + 1 - columns)  # twice the distance from the grid's middle
-    near = (int(nodes[-1]) + more >= columns and pin_rate != -1.0) if off > 0 else (nodes[0] < more and pin_rate != 1.0)
+    if off > 0:
+        is_near = int(nodes[-1]) + more >= columns and pin_rate != -1.0
+    else:
+        is_near = int(nodes[0]) < more and pin_rate != 1.0
     # Towards 0, not down: to the left the grid goes on as to the right.
-    return rows * int(off / 2) if case.slab.scheme.endless and near else 0
+    return rows * int(off / 2) if case.slab.scheme.endless and is_near else 0
 
 
 def following(case: Case, compliance: Compliance, state: ContactState, nodes: int) -> ContactState:
     """Shift the contact to a grid that has advanced by `nodes` nodes; new nodes move as the forces require."""
-    contact, forces = np.roll(state.contact, -nodes), np.roll(state.nodal_force, -nodes, axis=1)
-    uv = compliance.displacements(forces)
-    uv[1] += state.approach
-    now, before = slice(max(-nodes, 0), -nodes if nodes > 0 else None), slice(max(nodes, 0), min(nodes, 0) or None)
-    kept = contact[now]
+    contact = np.roll(state.contact, -nodes)
+    forces = np.roll(state.nodal_force, -nodes, axis=1)
+    u, v = compliance.displacements(forces)
+    v += state.approach
     # Nodes in contact keep their places to the last bit: those of the compliance are rounded.
-    uv[0, now][kept] = state.u[before][kept]
-    uv[1, now][kept] = (state.w + state.approach)[before][kept]
-    first, found = state.first_node + nodes, (contact, forces, uv[0], uv[1], state.approach)
-    moved = (state.displacement, state.slips, state.outcome, first)
-    return state_from_forces(case, compliance.widths, *found, *moved)
+    kept = np.flatnonzero(contact)
+    u[kept] = state.u[kept + nodes]
+    v[kept] = state.w[kept + nodes] + state.approach
+    return state_from_forces(
+        case,
+        compliance.widths,
+        contact,
+        forces,
+        u,
+        v,
+        state.approach,
+        state.displacement,
+        state.slips,
+        state.outcome,
+        state.first_node + nodes,
+    )
 
 
 def nodes_in_reach(
@@ -148,25 +168,29 @@ def nodes_in_reach(
 def window_reach(case: Case, state: KernelState, ends: Window) -> tuple[float, Window, Vector] | None:
     """Displacement in the pin's direction, nodes at the window's ends and their heights under the pin, up to which none beyond
     can meet a rough pin. ends: their numbers in the window. None for a smooth pin."""
-    nodes, moved = len(state.x), float(state.scalars["pin_rate"] * state.scalars["displacement"])
+    nodes = len(state.x)
+    moved = float(state.scalars["pin_rate"] * state.scalars["displacement"])
     if not case.heterogeneity.roughness:
         return None
     if nodes == case.slab.nodes and not case.slab.scheme.endless:
         return math.inf, ends[:0], np.zeros(0)
     farther, deeper = _reach(case)
     if nodes == case.slab.nodes:  # the next grid is to follow halfway to this one's end
-        sides = (state.scalars["ahead"],) if state.scalars["pin_rate"] else (1, -1)
         columns = np.flatnonzero(state.contact) // case.slab.rows
-        room = (
-            min(case.slab.n_x - 1 - columns[-1] if side > 0 else columns[0] for side in sides) // 2 * case.slab.spacing
-        )
-        return moved + max(room, farther), ends[:0], np.zeros(0)
-    return moved + farther, ends, state.response[nodes + ends] + deeper / NOT_SEEN
+        to_left, to_right = columns[0], case.slab.n_x - 1 - columns[-1]
+        room = min(to_left, to_right)
+        if state.scalars["pin_rate"]:
+            room = to_right if state.scalars["ahead"] > 0 else to_left
+        halfway = room // 2 * case.slab.spacing
+        return moved + max(halfway, farther), ends[:0], np.zeros(0)
+    heights = state.response[nodes + ends] + deeper / NOT_SEEN
+    return moved + farther, ends, heights
 
 
 def _reach(case: Case) -> tuple[float, float]:
     """Travel of a rough pin that one window allows (less than its margin), and the largest approach to nodes beyond."""
-    farther = (margin(case.slab.n_x) - GUARD if case.slab.rows == 1 else RINGS - 1) * case.slab.spacing
+    nodes = margin(case.slab.n_x) - GUARD if case.slab.rows == 1 else RINGS - 1
+    farther = nodes * case.slab.spacing
     return farther, make_pin(case).largest_fall(farther) + SINKING * case.normal_load
 
 
@@ -229,7 +253,9 @@ def _state(
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
     few = compliance.slab.nodes <= FEW_NODES and compliance.lasting
     set_up = _set_up_before if few else _set_up
-    expected = math.pi * (estimate_half_width(case) / case.slab.spacing) ** 2 if case.slab.scheme.planar else 0.0
+    expected = 0.0
+    if case.slab.scheme.planar:
+        expected = math.pi * (estimate_half_width(case) / case.slab.spacing) ** 2
     columns, plane, padded = set_up(compliance, window.tobytes(), contact.tobytes(), expected)
     entries, nodes = 2 * len(contact) + 1, len(contact)
     if few:
@@ -264,8 +290,10 @@ def _set_up(
 
     expected: number of nodes in contact on a plane that follows from the case.
     """
-    nodes, plane, within = np.frombuffer(window, np.int64), None, np.empty((0, 0))
-    touching, padded = np.frombuffer(contact, np.bool_), None
+    nodes = np.frombuffer(window, np.int64)
+    touching = np.frombuffer(contact, np.bool_)
+    plane, padded = None, None
+    within = np.empty((0, 0))
     if isinstance(compliance, EndlessCompliance) and isinstance(compliance.convolution, PlaneConvolution):
         plane = Plane(compliance.convolution.by_offset, *compliance.convolution.runs(nodes))
         padded = tableau_from_base(compliance, nodes, touching, expected)
@@ -305,7 +333,8 @@ def correct_rounding(compiled: CompiledContact, status: Stop) -> Stop:
         if not (lifted or inaccurate):
             return status
         if inaccurate:
-            entries = window_entries(compiled.compliance, compiled.window, np.ascontiguousarray(state.columns.T))
+            within = np.ascontiguousarray(state.columns.T)
+            entries = window_entries(compiled.compliance, compiled.window, within)
             tableau(entries, state.contact, state.tableau, reciprocal=state.plane is not None)
             # A fresh tableau has followed all pivots.
             state.scalars["pivots"], state.pivots.followed[:] = 0, 0
@@ -341,13 +370,15 @@ def slip_constants(case: Case) -> SlipConstants:
 def _constants(case: Case, window: Window, state: KernelState, pin_rate: float | None) -> KernelConstants:
     pin, outer = make_pin(case), outer_nodes(case, window, state.contact, pin_rate)
     ends = np.flatnonzero(outer) if case.slab.rows > 1 else np.array([0, len(window) - 1])
+    rise = Rise(pin.knots, pin.rises, window % len(pin.rises)) if pin.rough else None
+    # Some roundings of a parabola's height, L_x from its lowest point.
+    rounding = 2 * sys.float_info.epsilon * pin.curvature
     return KernelConstants(
         slip=slip_constants(case),
-        pin=KernelPin(pin.curvature, Rise(pin.knots, pin.rises, window % len(pin.rises)) if pin.rough else None),
+        pin=KernelPin(pin.curvature, rise),
         half_width=_window_numbers(pin.half_width, window),
         across=_window_numbers(pin.across, window),
-        # The second part: some roundings of a parabola's height, L_x from its lowest point.
-        tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
+        tolerance_gap=1e-12 * case.normal_load + rounding,
         outer=outer,
         window_until=window_reach(case, state, ends),
     )
@@ -355,7 +386,9 @@ def _constants(case: Case, window: Window, state: KernelState, pin_rate: float |
 
 def _window_numbers(of_pin: float | Vector, window: Window) -> Vector:
     """A number of the pin, or one over each surface node, over the nodes of a window."""
-    return of_pin[window] if isinstance(of_pin, np.ndarray) else np.full(len(window), of_pin)
+    if isinstance(of_pin, np.ndarray):
+        return of_pin[window]
+    return np.full(len(window), of_pin)
 
 
 def contact_value(compiled: CompiledContact, outcome: Outcome) -> ContactState:

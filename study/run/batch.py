@@ -79,9 +79,8 @@ def _need(name: str, value: Any, kind: type) -> str:
     is_list = isinstance(value, tuple)
     items = value if is_list else (value,)
     item_kind = str if is_list else kind
-    if not isinstance(value, kind) or isinstance(value, bool):
-        return _KINDS[kind]
-    if not all(isinstance(each, item_kind) for each in items):
+    is_of_kind = isinstance(value, kind) and not isinstance(value, bool)
+    if not is_of_kind or not all(isinstance(item, item_kind) for item in items):
         return _KINDS[kind]
     least = 0 if name in ("restarts", "deaths") else 1
     if kind is int:
