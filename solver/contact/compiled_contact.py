@@ -115,10 +115,9 @@ def dropped_nodes(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) 
     nodes = (contact if followed.all() else followed).nonzero()[0] // rows
     more = margin(columns) if rows == 1 else RINGS + 1
     off = int(nodes[0] + nodes[-1] + 1 - columns)  # twice the distance from the grid's middle
-    if off > 0:
-        is_near = int(nodes[-1]) + more >= columns and pin_rate != -1.0
-    else:
-        is_near = int(nodes[0]) < more and pin_rate != 1.0
+    is_near_right = int(nodes[-1]) + more >= columns and pin_rate != -1.0
+    is_near_left = int(nodes[0]) < more and pin_rate != 1.0
+    is_near = is_near_right if off > 0 else is_near_left
     # Towards 0, not down: to the left the grid goes on as to the right.
     return rows * int(off / 2) if case.slab.scheme.endless and is_near else 0
 

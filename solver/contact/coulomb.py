@@ -144,8 +144,9 @@ class CoulombContact:
     def solve(self) -> None:
         """Forces, approach and displacements for the given roles: Newton's method on the sliding nodes' positions."""
         nodes, curvature = np.flatnonzero(self.contact), self.pin.curvature
+        across = np.broadcast_to(self.pin.across, len(self.u))[nodes]
         for _ in range(20):
-            height = curvature * self.xi[nodes] ** 2 / 2 + np.broadcast_to(self.pin.across, len(self.u))[nodes]
+            height = curvature * self.xi[nodes] ** 2 / 2 + across
             # Heights count from their middle: out on a sharp pin they are larger than all the load moves by far.
             middle = float(height.mean())
             given = np.concatenate((self.u[nodes], height - middle, [-self.normal_load]))
@@ -160,9 +161,11 @@ class CoulombContact:
         """Rates of force, approach, u and v per unit step along the path."""
         pin_rate, load_rate, _ = self.direction
         nodes = np.flatnonzero(self.contact)
-        given = np.concatenate((np.full(len(nodes), pin_rate), np.zeros(len(nodes)), [-load_rate]))
+        along, down = np.full(len(nodes), pin_rate), np.zeros(len(nodes))
+        given = np.concatenate((along, down, [-load_rate]))
         # Strengths do not change as the pin moves.
-        return _everywhere(self.compliance, nodes, _respond(self, nodes, given, np.zeros_like(self.sliding))[0])
+        answer, _ = _respond(self, nodes, given, np.zeros_like(self.sliding))
+        return _everywhere(self.compliance, nodes, answer)
 
     @property
     def stiffness(self) -> Floats:
@@ -212,8 +215,10 @@ def _respond(
     """Answer u, v and -load at the nodes in contact with f_x, f_z and approach, sliding nodes moved along the pin so that
     they are at their limits; and by how much each has moved, (m,). unpressed: shear of sliding nodes without pressure, (n,).
     """
-    m, slide, stiffness = len(nodes), np.flatnonzero(solved.sliding[nodes]), solved.stiffness
-    slope, share = solved.pin.curvature * solved.xi[nodes[slide]], (solved.sliding * solved.node_friction)[nodes[slide]]
+    m, stiffness = len(nodes), solved.stiffness
+    slide = np.flatnonzero(solved.sliding[nodes])
+    slope = solved.pin.curvature * solved.xi[nodes[slide]]
+    share = (solved.sliding * solved.node_friction)[nodes[slide]]
     lifted = m + slide
     beyond = stiffness.take(lifted, 0)
     beyond *= share[:, None]
@@ -221,7 +226,8 @@ def _respond(
     # A sliding node that moves by d along x moves by slope·d along z; its limit makes d linear in what is lacking.
     lacking = unpressed[nodes[slide]] - beyond @ given
     try:
-        moved = np.linalg.solve(beyond.take(slide, 1) + beyond.take(lifted, 1) * slope, lacking)
+        by_move = beyond.take(slide, 1) + beyond.take(lifted, 1) * slope
+        moved = np.linalg.solve(by_move, lacking)
     except np.linalg.LinAlgError as error:
         raise SingularOperator(f"{m} nodes with Coulomb friction: singular; lower μ_i", "coulomb") from error
     given, along = given.copy(), np.zeros(m)
@@ -270,10 +276,12 @@ def settle_roles(solved: CoulombContact) -> None:
         solved.solve()
         tolerance = solved.tolerance
         # A node beyond the edge of a punch leaves whatever it bears: that counts as much as the load.
-        tension = np.where(np.abs(solved.xi) > solved.pin.half_width, solved.normal_load, -solved.normal_force)
+        is_beyond = np.abs(solved.xi) > solved.pin.half_width
+        tension = np.where(is_beyond, solved.normal_load, -solved.normal_force)
         # In the order of `resolve`: without pressure a limit of shear means nothing.
-        answers = ((release, np.where(solved.contact, tension, -1.0)), (let_slide, solved.excess))
-        for answer, violation in (*answers, (touch, -solved.gap)):
+        in_tension = (release, np.where(solved.contact, tension, -1.0))
+        answers = (in_tension, (let_slide, solved.excess), (touch, -solved.gap))
+        for answer, violation in answers:
             worst = _largest(violation, tolerance, solved.direction.ahead)
             if violation[worst] > tolerance:
                 answer(solved, worst)
@@ -295,7 +303,8 @@ def stick_and_slide_in_motion(solved: CoulombContact) -> Rates:
         sign = np.sign(np.where(none, force_rate[0], solved.force[0]))
         growth = sign * force_rate[0] + solved.node_friction * force_rate[1]
         # Only a node at its limit (its excess is 0) may begin to slide, and none without any shear to push it.
-        growth = np.where((solved.excess > -near) & (sign != 0.0), growth, -1.0)
+        may_slide = (solved.excess > -near) & (sign != 0.0)
+        growth = np.where(may_slide, growth, -1.0)
         # One that leaves as it slides stays so until it has left; whether it leaves if it sticks says nothing of that.
         slides = (solved.sliding != 0.0) & ~leaving(solved, force_rate)
         dragged = np.where(slides, solved.sliding * (u_rate - pin_rate), -1.0)
@@ -388,11 +397,13 @@ def next_change(solved: CoulombContact, rates: Rates) -> tuple[float, EventKind,
         until = _time(room, sign * force_rate[0] + mu * force_rate[1], stick)
         steps[EventKind.SLIP] = np.minimum(steps.get(EventKind.SLIP, until), until)
     closing = v_rate - solved.pin.curvature * solved.xi * (u_rate - solved.direction.pin_rate)
-    steps[EventKind.TOUCH] = _time(solved.gap, closing, ~solved.contact & np.isfinite(solved.gap))
+    may_touch = ~solved.contact & np.isfinite(solved.gap)
+    steps[EventKind.TOUCH] = _time(solved.gap, closing, may_touch)
     kind = min(steps, key=lambda each: float(steps[each].min()))
     step = float(steps[kind].min())
     # Of ties the node further ahead, as in `next_event`.
-    return step, kind, _front(steps[kind] <= step * (1.0 + TIE), solved.direction.ahead)
+    ties = steps[kind] <= step * (1.0 + TIE)
+    return step, kind, _front(ties, solved.direction.ahead)
 
 
 def advance(solved: CoulombContact, step: float, rates: Rates) -> float:
@@ -400,7 +411,8 @@ def advance(solved: CoulombContact, step: float, rates: Rates) -> float:
     pin_rate, load_rate, _ = solved.direction
     solved.stalled += 1
     solved.gone += step
-    if solved.gone > solved.mark + PROGRESS * (solved.case.slab.spacing if pin_rate else solved.normal_load):
+    scale = solved.case.slab.spacing if pin_rate else solved.normal_load
+    if solved.gone > solved.mark + PROGRESS * scale:
         solved.mark, solved.stalled = solved.gone, 0
     if solved.stalled > MOST_STALLED * len(solved.u):
         # A node that touches is pulled off at once, and closes in at once when free: no motion is consistent.
@@ -434,13 +446,15 @@ class Place(NamedTuple):
         curvature, and the forces of a released node fall in proportion to its displacement."""
         mean = (self.force + solved.force) / 2
         moved = solved.u - solved.displacement - self.slip
-        return float(-(mean[0] @ moved + mean[1] @ (solved.v - self.height)))
+        lifted = solved.v - self.height
+        return float(-(mean[0] @ moved + mean[1] @ lifted))
 
 
 def _time(room: Vector, rate: Vector, which: NDArray[np.bool_]) -> Vector:
     """Step after which a falling margin is used up, where it applies; infinite elsewhere."""
     falling = which & (rate > 0.0)
-    return np.where(falling, np.maximum(room, 0.0) / np.where(falling, rate, 1.0), np.inf)
+    speed = np.where(falling, rate, 1.0)  # no division by zero where the step is not taken
+    return np.where(falling, np.maximum(room, 0.0) / speed, np.inf)
 
 
 def coulomb_state(solved: CoulombContact, outcome: Outcome) -> ContactState:

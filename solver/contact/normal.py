@@ -39,7 +39,8 @@ class ContactSystem:
         self._with_load = np.append(self._entries, 2 * len(base))
         self._ones = (self._entries >= len(base)).astype(np.float64)
         symmetric = compliance.slab.scheme.reciprocal and slope is None
-        self._solve = _solve_factorized(self._block(self._entries, self._entries), symmetric, int(base.sum()))
+        own = self._block(self._entries, self._entries)
+        self._solve = _solve_factorized(own, symmetric, int(base.sum()))
         # The load's row and column by elimination: forces of equal heights, and their sum, give the approach.
         self._alone = self._solve(self._ones[None])[0]
         self._share = float(self._ones @ self._alone)
@@ -53,7 +54,8 @@ class ContactSystem:
     def keep(self) -> "ContactSystem":
         """Store the results for all right sides, which pays off for a set that recurs often."""
         solved = self._solved(np.eye(len(self._with_load)))
-        everywhere = self._compliance.entries(np.arange(2 * len(self._base)), self._entries)
+        all_entries = np.arange(2 * len(self._base))
+        everywhere = self._compliance.entries(all_entries, self._entries)
         self.answers = np.hstack((solved, solved[:, :-1] @ everywhere.T))
         return self
 
@@ -85,7 +87,8 @@ class ContactSystem:
             answer -= border @ self._columns
         forces[self._entries] = answer[:-1]
         if len(changed):
-            forces[changed] = np.where(members[changed], border[self._places[changed]], 0.0)
+            added = border[self._places[changed]]
+            forces[changed] = np.where(members[changed], added, 0.0)
         return finite(forces), float(answer[-1]) + lowest
 
     def answered(self, contact: Nodes, heights: Vector, normal_load: float) -> tuple[Vector, float, Vector]:
@@ -105,7 +108,8 @@ class ContactSystem:
         forces = self._solve(rows[:, :-1])
         found = np.empty_like(rows)
         # f = A⁻¹ h - approach·A⁻¹ 1; the sum of the forces f_z is the load's entry of the right side.
-        found[:, -1] = approach = (forces @ self._ones - rows[:, -1]) / self._share
+        approach = (forces @ self._ones - rows[:, -1]) / self._share
+        found[:, -1] = approach
         found[:, :-1] = forces - approach[:, None] * self._alone
         return found
 
@@ -115,29 +119,38 @@ class ContactSystem:
         at = self._places[changed]
         # Schur complement of the border: its own entries less what the base answers to it.
         corner = -self._products[at[:, None], at]
-        corner[come[:, None] & come] += self._block(changed[come], changed[come]).ravel()
+        added = changed[come]
+        corner[come[:, None] & come] += self._block(added, added).ravel()
         border = np.zeros(len(self._rows))
+        lacking = right - (self._rows @ answer)[at]
         try:
-            border[at] = np.linalg.solve(corner, right - (self._rows @ answer)[at])
+            border[at] = np.linalg.solve(corner, lacking)
         except np.linalg.LinAlgError as error:
             raise _singular(int(self._base.sum())) from error
         return border
 
     def _extend(self, entries: Indices) -> None:
         """Give these entries, which have changed for the first time, a row and a column in the border."""
-        gone, size = self._members[entries], (len(entries), len(self._entries) + 1)
+        gone = self._members[entries]
         come = entries[~gone]
+        size = (len(entries), len(self._entries) + 1)
         rows, columns = np.zeros(size), np.zeros(size)
+        # An entry that is gone is held at no force: its row and column are those of a unit matrix.
         rows[gone, np.searchsorted(self._entries, entries[gone])] = 1.0
         columns[gone] = rows[gone]
-        rows[~gone, :-1], columns[~gone, :-1] = self._block(come, self._entries), self._block(self._entries, come).T
-        rows[~gone, -1] = columns[~gone, -1] = come >= len(self._base)
+        rows[~gone, :-1] = self._block(come, self._entries)
+        columns[~gone, :-1] = self._block(self._entries, come).T
+        # Normal forces, the second half of all entries, count for the load.
+        rows[~gone, -1] = come >= len(self._base)
+        columns[~gone, -1] = rows[~gone, -1]
         columns = self._solved(columns)
-        self._products = np.block(
-            [[self._products, self._rows @ columns.T], [rows @ self._columns.T, rows @ columns.T]]
-        )
-        self._places[entries] = np.arange(len(self._rows), len(self._rows) + len(entries))
-        self._rows, self._columns = np.concatenate((self._rows, rows)), np.concatenate((self._columns, columns))
+        above = [self._products, self._rows @ columns.T]
+        below = [rows @ self._columns.T, rows @ columns.T]
+        self._products = np.block([above, below])
+        first = len(self._rows)
+        self._places[entries] = np.arange(first, first + len(entries))
+        self._rows = np.concatenate((self._rows, rows))
+        self._columns = np.concatenate((self._columns, columns))
 
     def _block(self, rows: Indices, columns: Indices) -> Dense:
         """Displacements [u; w] of these entries by forces on those, with w corrected for u along the pin."""
@@ -149,10 +162,10 @@ class ContactSystem:
 
 
 def finite(forces: Vector) -> Vector:
-    """The forces of a contact. Raises TooFarApart if they are no numbers."""
+    """The forces of a contact. Raises TooFarApart if they overflow."""
     if not np.isfinite(forces).all():
         # Every comparison with a NaN is false: nothing would seem to be wrong.
-        raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")
+        raise TooFarApart("the contact forces overflow: use a load, radius and heights closer to 1")
     return forces
 
 

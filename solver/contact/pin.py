@@ -62,27 +62,35 @@ class Pin:
 
     def _lowest_rise(self, distance: float, xi: Vector, rises: Vector) -> Vector:
         left, right = xi - distance, xi + distance
-        ends = np.minimum(np.interp(left, self.knots, rises), np.interp(right, self.knots, rises))
-        stretches = np.column_stack((np.searchsorted(self.knots, left), np.searchsorted(self.knots, right)))
+        # Between knots the rise is straight: it is lowest at an end of the stretch or at a knot within.
+        at_left = np.interp(left, self.knots, rises)
+        at_right = np.interp(right, self.knots, rises)
+        first = np.searchsorted(self.knots, left)
+        last = np.searchsorted(self.knots, right)
         # Of an empty stretch `reduceat` takes the knot after it: one more, which can only lower the bound.
-        between = np.minimum.reduceat(np.append(rises, np.inf), stretches.ravel())[::2]
-        return np.asarray(np.minimum(ends, between))
+        stretches = np.column_stack((first, last)).ravel()
+        between = np.minimum.reduceat(np.append(rises, np.inf), stretches)[::2]
+        return np.asarray(np.minimum(np.minimum(at_left, at_right), between))
 
     def _apply_to_rows(self, xi: Vector, along: Callable[[Vector, Vector], Vector]) -> Vector:
         """A function of ξ and of the rises over them, row by row of nodes."""
         if len(self.rises) == 1:
             return along(xi, self.rises[0])
         rows = xi.reshape(-1, len(self.rises)).T
-        return np.stack([along(*each) for each in zip(rows, self.rises, strict=True)], axis=1).ravel()
+        values = list(map(along, rows, self.rises))
+        return np.stack(values, axis=1).ravel()
 
     def largest_fall(self, distance: float) -> float:
         """Upper bound of the roughness' rise or fall within a distance, anywhere on a rough pin."""
-        steepest = float(np.abs(np.diff(self.rises) / np.diff(self.knots)).max())
-        return min(steepest * distance, float(np.ptp(self.rises, axis=1).max()))
+        slopes = np.diff(self.rises) / np.diff(self.knots)
+        steepest = float(np.abs(slopes).max())
+        height = float(np.ptp(self.rises, axis=1).max())
+        return min(steepest * distance, height)
 
     def rounding(self, xi: Vector) -> float:
         """Largest change of displacements by rounding of ξ (any shape) and of heights there, in L_x."""
-        largest = float((np.abs(xi) + self.curvature * xi**2 / 2).max()) + float(np.abs(self.rises).max())
+        place_and_parabola = np.abs(xi) + self.curvature * xi**2 / 2
+        largest = float(place_and_parabola.max()) + float(np.abs(self.rises).max())
         return 4.0 * float(np.finfo(float).eps) * largest
 
     def slope(self, xi: Vector) -> Vector:
@@ -95,16 +103,22 @@ class Pin:
         places.sort()
         starts, ends = places[:-1], places[1:]
         middle = (starts + ends) / 2
-        begun, over = (np.searchsorted(np.sort(side), middle, side="right") for side in (left, right))
+        # A place is within a stretch if more stretches have begun before it than are over.
+        begun = np.searchsorted(np.sort(left), middle, side="right")
+        over = np.searchsorted(np.sort(right), middle, side="right")
         within = (begun > over) & (ends > starts)
         rise = self._rise_slope(middle[within], self.rises[row])
-        largest = (float(np.abs(self.curvature * at[within] + rise).max(initial=0.0)) for at in (starts, ends))
-        return max(largest)
+        # Between knots the parabola's slope is straight and the rise's constant: the sum is steepest at an end.
+        at_starts = np.abs(self.curvature * starts[within] + rise)
+        at_ends = np.abs(self.curvature * ends[within] + rise)
+        return max(float(at_starts.max(initial=0.0)), float(at_ends.max(initial=0.0)))
 
     def _rise_slope(self, xi: Vector, rises: Vector) -> Vector:
         """Slope of a row's roughness at ξ; at a knot that to its right."""
-        steps = np.concatenate(([0.0], np.diff(rises) / np.diff(self.knots), [0.0]))
-        return np.asarray(steps[np.searchsorted(self.knots, xi, side="right")])
+        between = np.diff(rises) / np.diff(self.knots)
+        # Beyond its outermost knots the roughness goes on level.
+        slopes = np.concatenate(([0.0], between, [0.0]))
+        return np.asarray(slopes[np.searchsorted(self.knots, xi, side="right")])
 
 
 def surface_from_pin(case: Case, first_node: int = 0) -> Vector:
@@ -146,7 +160,8 @@ def _parabola(case: Case) -> Pin:
     """On a plane of nodes a paraboloid: a ball."""
     y, image = surface_across(case), make_image(case.heterogeneity.roughness)
     across = y**2 / (2.0 * case.radius) if case.slab.scheme.planar else 0.0
-    return Pin(1.0 / case.radius, math.inf, image.xi, image.over(y[: case.slab.rows]), across)
+    heights = image.over(y[: case.slab.rows])
+    return Pin(1.0 / case.radius, math.inf, image.xi, heights, across)
 
 
 def _flat_punch(case: Case) -> Pin:
@@ -165,8 +180,9 @@ def _flat_punch(case: Case) -> Pin:
 def roughness_slopes(image: Image, spacing: float) -> tuple[float, float]:
     """Root mean square slopes of a roughness, of an image both ways, and of its residual from linear interpolation at
     this spacing."""
-    along, across = profile_slopes(image.xi, image.height, spacing), profile_slopes(image.y, image.height.T, spacing)
-    return math.hypot(along[0], across[0]), math.hypot(along[1], across[1])
+    slope_along, missed_along = profile_slopes(image.xi, image.height, spacing)
+    slope_across, missed_across = profile_slopes(image.y, image.height.T, spacing)
+    return math.hypot(slope_along, slope_across), math.hypot(missed_along, missed_across)
 
 
 def profile_slopes(knots: Vector, rows: Vector, spacing: float) -> tuple[float, float]:
@@ -178,11 +194,16 @@ def profile_slopes(knots: Vector, rows: Vector, spacing: float) -> tuple[float, 
     nodes = spacing * np.unique(np.concatenate((left, left + 1.0)))
     xi = np.unique(np.concatenate((nodes, knots)))
     heights = np.array([np.interp(xi, knots, rises) for rises in rows])
-    seen = [np.interp(xi, nodes, np.interp(nodes, knots, rises)) for rises in rows]
-    # Between knots the slope is Δh/Δξ: its square over the stretch adds up to Δh²/Δξ.
-    squares = [float((np.diff(each) ** 2 / np.diff(xi)).sum()) for each in (heights, heights - seen)]
+    at_nodes = [np.interp(nodes, knots, rises) for rises in rows]
+    seen = [np.interp(xi, nodes, rises) for rises in at_nodes]
     width = float(knots[-1] - knots[0]) * len(rows)
-    return math.sqrt(squares[0] / width), math.sqrt(squares[1] / width)
+
+    def mean_slope(values: Floats) -> float:
+        # Between knots the slope is Δh/Δξ: its square over the stretch adds up to Δh²/Δξ.
+        squares = np.diff(values) ** 2 / np.diff(xi)
+        return math.sqrt(float(squares.sum()) / width)
+
+    return mean_slope(heights), mean_slope(heights - seen)
 
 
 SHAPES: dict[PinShape, Callable[[Case], Pin]] = {"parabola": _parabola, "flat_punch": _flat_punch}
@@ -219,7 +240,9 @@ def _factors(drawn: Heterogeneity, first: int, n: int) -> Floats:
     # Of numpy's streams only the raw one is promised to stay the same.
     raw = np.random.PCG64(drawn.seed).advance(first).random_raw(n)
     # 53 bits, as a float has, in the middle of their steps: never 0 or 1, whose quantiles are infinite.
-    uniform = (np.right_shift(raw, np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
+    # The upper 53 of 64 random bits, as a float has: the middles of 2^53 equal parts of (0, 1).
+    bits = np.right_shift(raw, np.uint64(11)).astype(np.float64)
+    uniform = (bits + 0.5) * 2.0**-53
     return DISTRIBUTIONS[drawn.distribution](uniform, drawn.spread)
 
 
@@ -229,11 +252,20 @@ def _lognormal(uniform: Vector, spread: float) -> Vector:
     return np.asarray(np.exp(sigma * scipy.special.ndtri(uniform) - sigma**2 / 2.0))
 
 
+def _uniform(uniform: Vector, spread: float) -> Vector:
+    # 2u - 1 has the variance 1/3.
+    return np.asarray(1.0 + math.sqrt(3.0) * spread * (2.0 * uniform - 1.0))
+
+
+def _normal(uniform: Vector, spread: float) -> Vector:
+    # Friction is not negative: at the widest spread, 0.25, 3e-5 of the nodes are cut off at 0.
+    return np.maximum(1.0 + spread * scipy.special.ndtri(uniform), 0.0)
+
+
 DISTRIBUTIONS: dict[Distribution, Callable[[Vector, float], Vector]] = {
     "lognormal": _lognormal,
-    # 2u - 1 has the variance 1/3.
-    "uniform": lambda uniform, spread: np.asarray(1.0 + math.sqrt(3.0) * spread * (2.0 * uniform - 1.0)),
-    "normal": lambda uniform, spread: np.maximum(1.0 + spread * scipy.special.ndtri(uniform), 0.0),
+    "uniform": _uniform,
+    "normal": _normal,
 }
 """Distribution -> its numbers of mean 1 and this standard deviation, from uniform ones in (0, 1)."""
 
@@ -254,5 +286,6 @@ def estimate_half_width(case: Case) -> float:
 def guess_contact(case: Case) -> NDArray[np.bool_]:
     """Nodes (n,) of the expected contact, a first guess: at least the nearest."""
     away = surface_from_axis(case)
-    under = (away <= estimate_half_width(case)) & (np.abs(surface_from_pin(case)) <= make_pin(case).half_width)
+    under_pin = np.abs(surface_from_pin(case)) <= make_pin(case).half_width
+    under = (away <= estimate_half_width(case)) & under_pin
     return under if under.any() else away <= away.min()

@@ -191,7 +191,8 @@ def accuracy_of_heights(case: Case, softness: Vector, state: ContactState) -> Ou
         return COMPLETED
     xi = surface_from_pin(case, state.first_node) + state.u - state.displacement
     missed = np.abs(make_pin(case).face(xi) - state.w - state.approach)[state.contact].max()
-    share = float(missed) / (case.normal_load * float(np.abs(softness[state.contact]).max()))
+    softest = float(np.abs(softness[state.contact]).max())
+    share = float(missed) / (case.normal_load * softest)
     return COMPLETED if share <= COARSEST_HEIGHTS else _heights_unknown(share, "missed")
 
 
@@ -205,7 +206,8 @@ def _steepest(case: Case, contact: NDArray[np.bool_], xi: Vector, outermost: flo
     largest = [np.abs(pin.slope(xi)[contact]).max(), steepest_across(case, contact, xi)]
     for row in np.flatnonzero(touching.any(axis=0)):
         places = xi[row::rows][touching[:, row]]
-        largest.append(pin.steepest(places.min(keepdims=True), places.max(keepdims=True), int(row)))
+        left, right = places.min(keepdims=True), places.max(keepdims=True)
+        largest.append(pin.steepest(left, right, int(row)))
     return float(max(largest))
 
 
@@ -219,15 +221,21 @@ def steepest_across(case: Case, contact: NDArray[np.bool_], xi: Vector) -> float
     if rows == 1:
         return 0.0
     touching, places = contact.reshape(-1, rows), xi.reshape(-1, rows)
-    first, last = np.where(touching, places, np.inf).min(0), np.where(touching, places, -np.inf).max(0)
-    left, right = np.maximum(first[1:], first[:-1]), np.minimum(last[1:], last[:-1])
-    rises, heights = np.broadcast_to(pin.rises, (rows, len(pin.knots))), np.broadcast_to(pin.across, len(xi))
+    # A row without contact reaches from ∞ to -∞: it has nothing in common with its neighbours.
+    first = np.where(touching, places, np.inf).min(0)
+    last = np.where(touching, places, -np.inf).max(0)
+    left = np.maximum(first[1:], first[:-1])
+    right = np.minimum(last[1:], last[:-1])
+    rises = np.broadcast_to(pin.rises, (rows, len(pin.knots)))
+    heights = np.broadcast_to(pin.across, len(xi))
     largest = 0.0
     for row in np.flatnonzero(left <= right):
         inside = pin.knots[(pin.knots > left[row]) & (pin.knots < right[row])]
         there = np.concatenate((left[row : row + 1], inside, right[row : row + 1]))
-        one, other = (np.interp(there, pin.knots, rises[each]) + heights[each] for each in (row, row + 1))
-        largest = max(largest, float(np.abs(other - one).max()) / case.slab.spacing)
+        one = np.interp(there, pin.knots, rises[row]) + heights[row]
+        other = np.interp(there, pin.knots, rises[row + 1]) + heights[row + 1]
+        steepest = float(np.abs(other - one).max()) / case.slab.spacing
+        largest = max(largest, steepest)
     return largest
 
 

@@ -151,14 +151,17 @@ def contact_width(state: ContactState) -> float:
     At a smooth contact's edge pressure falls as the root of the distance: its square, drawn through the last two nodes, is zero
     there, at most a spacing beyond the last. Where pressure does not fall (a punch, one node) the edge is half a spacing beyond.
     """
-    inside, pressure = (_join_rows(each, state.rows) for each in (state.contact, state.pressure))
+    inside = _join_rows(state.contact, state.rows)
+    pressure = _join_rows(state.pressure, state.rows)
     spacings = float((inside[1:] & inside[:-1]).sum())
     for turned in (slice(None), slice(None, None, -1)):
         contact = inside[turned]
         squared = np.concatenate(([0.0], pressure[turned] ** 2))
         last = (contact[:-1] & ~contact[1:]).nonzero()[0]
         fall = squared[last] - squared[last + 1]
-        beyond = np.divide(squared[last + 1], fall, out=np.full(len(last), 0.5), where=fall > 0.0)
+        # `squared` begins with the zero before the first node: its entry `last + 1` is that of the last node in contact.
+        beyond = np.full(len(last), 0.5)
+        np.divide(squared[last + 1], fall, out=beyond, where=fall > 0.0)
         spacings += float(np.minimum(beyond, 1.0).sum())
     if state.rows > 1:
         return 2.0 * math.sqrt(spacings / math.pi) / (state.rows - 1)
@@ -167,7 +170,10 @@ def contact_width(state: ContactState) -> float:
 
 def _join_rows(values: NDArray[Any], rows: int) -> NDArray[Any]:
     """Values at the nodes row after row, with a zero between rows."""
-    return values if rows == 1 else np.pad(values.reshape(-1, rows).T, ((0, 0), (1, 1))).ravel()
+    if rows == 1:
+        return values
+    by_row = values.reshape(-1, rows).T
+    return np.pad(by_row, ((0, 0), (1, 1))).ravel()
 
 
 def state_from_forces(

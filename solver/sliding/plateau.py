@@ -91,10 +91,12 @@ class Plateau(Viewed):
     def _picture(self) -> Picture:
         """The mean over the steady part, dashed one standard deviation of F/W above and below."""
         ends = np.array([self.start, self.end])
-        both = np.array([self.start, self.end, np.nan, self.start, self.end])
-        around = self.mean + self.std * np.array([1.0, 1.0, np.nan, -1.0, -1.0])
-        curves = Curve(ends, np.full(2, self.mean), "plateau"), Curve(both, around, "± standard deviation", "--")
-        return Picture("pin displacement δ_p/L_x", "friction force F/W", curves)
+        mean = Curve(ends, np.full(2, self.mean), "plateau")
+        # A NaN between both lines breaks the curve.
+        both = np.concatenate((ends, [np.nan], ends))
+        sides = np.array([1.0, 1.0, np.nan, -1.0, -1.0])
+        deviation = Curve(both, self.mean + self.std * sides, "± standard deviation", "--")
+        return Picture("pin displacement δ_p/L_x", "friction force F/W", (mean, deviation))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,17 +111,19 @@ class Teeth:
         """F at each x within the edges; at a jump what follows it."""
         piece = self.edges[1:-1].searchsorted(x, side="right")
         part, width = x - self.edges[piece], np.diff(self.edges)[piece]
-        share = np.divide(part, width, out=np.zeros_like(part), where=part > 0.0)
-        return np.asarray(self.start[piece] + (self.end - self.start)[piece] * share)
+        share = _share_of_piece(part, width)
+        rise = (self.end - self.start)[piece]
+        return np.asarray(self.start[piece] + rise * share)
 
     def integral(self, x: Floats) -> Floats:
         """∫F from the first edge to each x within the edges, without approximation."""
         width = self.edges[1:] - self.edges[:-1]
+        pieces = 0.5 * width * (self.start + self.end)
         whole = np.zeros(len(self.edges))
-        (0.5 * width * (self.start + self.end)).cumsum(out=whole[1:])
+        pieces.cumsum(out=whole[1:])
         piece = self.edges[1:-1].searchsorted(x, side="right")
         part = x - self.edges[piece]
-        rise = (self.end - self.start)[piece] * np.divide(part, width[piece], out=np.zeros_like(part), where=part > 0.0)
+        rise = (self.end - self.start)[piece] * _share_of_piece(part, width[piece])
         return np.asarray(whole[piece] + part * (self.start[piece] + 0.5 * rise))
 
     def block_means(self, first: float, last: float, count: int) -> Floats:
@@ -137,6 +141,13 @@ def teeth(record: FrictionRecord) -> Teeth:
     )
 
 
+def _share_of_piece(part: Floats, width: Floats) -> Floats:
+    """Part of a piece over its width; 0 at its start, also of a piece without width, where two events coincide."""
+    share = np.zeros_like(part)
+    np.divide(part, width, out=share, where=part > 0.0)
+    return share
+
+
 def plateau_of(record: FrictionRecord) -> Plateau:
     """The steady part of `record`; without a plateau the outcome is `NO_PLATEAU`, with advice."""
     require_record(record)
@@ -151,23 +162,29 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     first, last = int(np.searchsorted(record.displacement, begins)), events - 1
     if last - first < FEWEST_EVENTS:
         return _refused("few_events", f"{max(last - first, 0)} events after run-in: needs {FEWEST_EVENTS}", record)
-    steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
+    force_after, force_before = record.force_after[first:last], record.force_before[first + 1 :]
+    steady = Teeth(record.displacement[first:], force_after, force_before)
     start, end = float(steady.edges[0]), float(steady.edges[-1])
     mean, std = _moments(steady)
     widths = np.diff(steady.edges)
     node_widths = np.concatenate(([0.0], (widths * record.contact_size[first:last]).cumsum()))
-    half = max(whole // 2, 0) * record.spacing if whole > 1 else 0.5 * (end - start)
-    whole_until = steady.integral(np.array((start, start + half, end - half, end)))
+    half = 0.5 * (end - start)
+    if whole > 1:
+        # Halves of whole node spacings see the same pattern of the surface.
+        half = whole // 2 * record.spacing
+    places = np.array((start, start + half, end - half, end))
     # Over the width between the places of the integral, which is rounded, not over `half`.
-    early = float(whole_until[1] - whole_until[0]) * (1.0 / (start + half - start))
-    late = float(whole_until[3] - whole_until[2]) * (1.0 / (end - (end - half)))
-    nodes_until = np.interp((start, start + half, end - half, end), steady.edges, node_widths)
-    early_nodes = float(nodes_until[1] - nodes_until[0]) * (1.0 / (start + half - start))
-    late_nodes = float(nodes_until[3] - nodes_until[2]) * (1.0 / (end - (end - half)))
+    per_early, per_late = 1.0 / (start + half - start), 1.0 / (end - (end - half))
+    force_until = steady.integral(places)
+    early = float(force_until[1] - force_until[0]) * per_early
+    late = float(force_until[3] - force_until[2]) * per_late
+    nodes_until = np.interp(places, steady.edges, node_widths)
+    early_nodes = float(nodes_until[1] - nodes_until[0]) * per_early
+    late_nodes = float(nodes_until[3] - nodes_until[2]) * per_late
     node_load = record.node_area * record.normal_load
     # Between events by interpolation: whether one lies just before or after an end of a half is decided by rounding.
-    until = np.interp((start + half, end - half), steady.edges, np.arange(len(steady.edges)))
-    before, after = float(until[0]), last - first - float(until[1])
+    events_until = np.interp(places[1:3], steady.edges, np.arange(len(steady.edges)))
+    before, after = float(events_until[0]), last - first - float(events_until[1])
     return Plateau(
         start=start,
         end=end,
@@ -205,7 +222,9 @@ def event_drift_error(plateaus: Sequence[Plateau]) -> float:
     NaN (unknown) if records are shorter than two node spacings: half of the events come in a tenth of a spacing, so that starts
     with short records miss them together. With constant pressures records have no spacings, and each is its start's own.
     """
-    return _drift_error([each.event_drift for each in plateaus]) if all(map(repeats, plateaus)) else math.nan
+    if not all(map(repeats, plateaus)):
+        return math.nan
+    return _drift_error([each.event_drift for each in plateaus])
 
 
 def repeats(plateau: Plateau) -> bool:
@@ -222,16 +241,21 @@ def extreme_error(growth: Sequence[float]) -> float:
         twice as far from the bound as the whole, so the whole lacks as much as the later half added. Two lengths show
         that, hence Student's factor for two.
     """
-    return float(student(2)) * abs(float(np.mean(growth))) if len(growth) > 1 else math.nan
+    if len(growth) < 2:
+        return math.nan
+    return float(student(2)) * abs(float(np.mean(growth)))
 
 
 def _drift_error(drifts: Sequence[float]) -> float:
     """Error of a mean by the part of its change from half to half that all starts share; NaN for a single start."""
     if len(drifts) < 2:
         return math.nan
-    mean, scatter = float(np.mean(drifts)), float(np.var(drifts, ddof=1)) / len(drifts)
+    mean = float(np.mean(drifts))
+    scatter = float(np.var(drifts, ddof=1)) / len(drifts)
+    # Starts that scatter change their mean by chance: the square of that is expected to be `scatter`.
+    shared = math.sqrt(max(mean**2 - scatter, 0.0))
     # As of two measurements, the halves: standard error |change|/2 of their mean, with Student's factor for two.
-    return 0.5 * float(student(2)) * math.sqrt(max(mean**2 - scatter, 0.0))
+    return 0.5 * float(student(2)) * shared
 
 
 def _moments(steady: Teeth) -> tuple[float, float]:
@@ -240,7 +264,9 @@ def _moments(steady: Teeth) -> tuple[float, float]:
     mean = float(width @ (steady.start + steady.end)) / (2.0 * float(width.sum()))
     low, high = steady.start - mean, steady.end - mean
     # The mean square of a straight line from a to b is (a² + ab + b²)/3.
-    return mean, float(np.sqrt(width @ (low * low + low * high + high * high) / (3.0 * width.sum())))
+    squares = low * low + low * high + high * high
+    variance = width @ squares / (3.0 * width.sum())
+    return mean, float(np.sqrt(variance))
 
 
 def _refused(cause: str, message: str, record: FrictionRecord) -> Plateau:

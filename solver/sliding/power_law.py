@@ -61,27 +61,31 @@ def find_power_law(sizes: SizeSample) -> PowerLaw | None:
     cutoffs, tails = sizes.values[firsts], len(sizes.values) - firsts
     logs = np.log(sizes.values)
     # Greatest likelihood (Clauset et al., Eq. 3.1): 1/(τ - 1) is the mean of ln(x/x_min).
-    sums = np.cumsum(logs[::-1])[::-1][firsts] - tails * np.log(cutoffs)
+    sums_from = np.cumsum(logs[::-1])[::-1]
+    sums = sums_from[firsts] - tails * np.log(cutoffs)
     # Sizes that are equal but for rounding have an exponent beyond the bound, not 1/0.
     means = np.maximum(sums, 1e-300) / tails
     exponents = discrete_exponents(means, cutoffs) if sizes.discrete else 1.0 + 1.0 / means
     exponents = np.clip(exponents, *EXPONENTS)
     distances = _distances(sizes, firsts, exponents)
     best = int(np.argmin(distances))
-    exponent, cutoff, tail = float(exponents[best]), float(cutoffs[best]), int(tails[best])
-    return PowerLaw(exponent, cutoff, tail, float(distances[best]))
+    exponent, cutoff = float(exponents[best]), float(cutoffs[best])
+    return PowerLaw(exponent, cutoff, int(tails[best]), float(distances[best]))
 
 
 def discrete_exponents(means: Vector, cutoffs: Vector) -> Vector:
     """Find τ at which ln ζ(τ, k_min) falls as fast as the mean of ln(k/k_min), by Newton's method (ln ζ is convex)."""
     # Start (Clauset et al., Eq. 3.7): whole numbers as a continuous law from k_min - 1/2 on.
-    exponents = np.minimum(1.0 + 1.0 / (means + np.log(cutoffs / (cutoffs - 0.5))), EXPONENTS[1])
+    continuous_means = means + np.log(cutoffs / (cutoffs - 0.5))
+    exponents = np.minimum(1.0 + 1.0 / continuous_means, EXPONENTS[1])
     for _ in range(20):
         # The likelihood of whole numbers, -ln ζ(τ, k_min) - τ·mean(ln k), is greatest where its derivative is 0.
         slope, curvature = _log_zeta_slopes(exponents, cutoffs)
         step = (slope + means + np.log(cutoffs)) / curvature
         # Never more than half way to the pole of ζ at 1, beyond which there is no law.
-        exponents = np.clip(exponents - step, (exponents + 1.0) / 2.0, np.minimum(2.0 * exponents, EXPONENTS[1]))
+        least = (exponents + 1.0) / 2.0
+        most = np.minimum(2.0 * exponents, EXPONENTS[1])
+        exponents = np.clip(exponents - step, least, most)
         if np.abs(step).max() < 1e-9:
             break
     return exponents
@@ -90,14 +94,19 @@ def discrete_exponents(means: Vector, cutoffs: Vector) -> Vector:
 def _log_zeta_slopes(exponents: Vector, cutoffs: Vector) -> tuple[Vector, Vector]:
     """First and second derivative of ln ζ(τ, k_min) in τ, by differences over a share of its distance from the pole."""
     h = 1e-3 * (exponents - 1.0)
-    below, at, above = (np.log(scipy.special.zeta(exponents + way * h, cutoffs)) for way in (-1, 0, 1))
-    return (above - below) / (2.0 * h), (above - 2.0 * at + below) / h**2
+    below = np.log(scipy.special.zeta(exponents - h, cutoffs))
+    at = np.log(scipy.special.zeta(exponents, cutoffs))
+    above = np.log(scipy.special.zeta(exponents + h, cutoffs))
+    slope = (above - below) / (2.0 * h)
+    curvature = (above - 2.0 * at + below) / h**2
+    return slope, curvature
 
 
 def survival(values: Vector, exponent: float, cutoff: float, discrete: bool) -> Vector:
     """Share of the power law's sizes that are at least as large as each of these values from the cut-off on."""
     if discrete:
-        return np.asarray(scipy.special.zeta(exponent, values) / scipy.special.zeta(exponent, cutoff))
+        beyond = scipy.special.zeta(exponent, values)
+        return np.asarray(beyond / scipy.special.zeta(exponent, cutoff))
     return np.asarray((values / cutoff) ** (1.0 - exponent))
 
 
@@ -127,10 +136,12 @@ def _distances(sizes: SizeSample, firsts: NDArray[np.int64], exponents: Vector) 
     for place, (first, exponent) in enumerate(zip(firsts, exponents, strict=True)):
         count = len(logs) - first
         every = -(-count // PLACES[0])
-        model = -np.expm1((1.0 - exponent) * (logs[first::every] - logs[first]))
+        over_cutoff = logs[first::every] - logs[first]
+        model = -np.expm1((1.0 - exponent) * over_cutoff)
         below = np.arange(0, count, every) / count
         # The distribution of the sizes jumps at each: both ends of the jump count.
-        found[place] = max((below + 1.0 / count - model).max(), (model - below).max())
+        at_and_below = below + 1.0 / count
+        found[place] = max((at_and_below - model).max(), (model - below).max())
     return found
 
 
@@ -146,7 +157,9 @@ def _discrete_distances(values: Vector, firsts: NDArray[np.int64], exponents: Ve
         here = numbers[place + chosen]
         at_least = survival(here, exponent, here[0], True)
         above = at_least - density(here, exponent, here[0], True)
-        found[row] = max(np.abs(seen[chosen] - at_least).max(), np.abs(beyond[chosen] - above).max())
+        differences = np.abs(seen[chosen] - at_least)
+        differences_beyond = np.abs(beyond[chosen] - above)
+        found[row] = max(differences.max(), differences_beyond.max())
     return found
 
 
@@ -155,7 +168,8 @@ def _places(count: int) -> NDArray[np.int64]:
     frequent."""
     if count <= PLACES[1]:
         return np.arange(count)
-    return np.asarray(np.unique(np.geomspace(1.0, count, PLACES[1]).astype(np.int64)) - 1)
+    places = np.geomspace(1.0, count, PLACES[1]).astype(np.int64)
+    return np.asarray(np.unique(places) - 1)
 
 
 def exponent_in_range(exponent: float) -> float:
@@ -191,8 +205,8 @@ def _drawn(sizes: SizeSample, law: PowerLaw, rng: np.random.Generator) -> SizeSa
     # As many above the cut-off as chance would put there (Clauset et al., §4).
     tail = int(rng.binomial(total, law.tail / total)) if len(below) else total
     chosen = rng.choice(below, total - tail) if tail < total else below[:0]
-    values = np.concatenate((chosen, power_law_sizes(rng, tail, law.exponent, law.cutoff, sizes.discrete)))
-    return SizeSample(np.sort(values), sizes.discrete)
+    beyond = power_law_sizes(rng, tail, law.exponent, law.cutoff, sizes.discrete)
+    return SizeSample(np.sort(np.concatenate((chosen, beyond))), sizes.discrete)
 
 
 def power_law_sizes(rng: np.random.Generator, count: int, exponent: float, cutoff: float, discrete: bool) -> Vector:
@@ -202,7 +216,8 @@ def power_law_sizes(rng: np.random.Generator, count: int, exponent: float, cutof
         # A law as flat as 1/x has sizes beyond all numbers.
         with np.errstate(over="ignore"):
             # A share (x/x_min)^(1-τ) of sizes is larger than x.
-            return np.minimum(cutoff * uniform ** (-1.0 / (exponent - 1.0)), np.finfo(float).max)
+            values = cutoff * uniform ** (-1.0 / (exponent - 1.0))
+            return np.minimum(values, LARGEST_FLOAT)
     return _whole_sizes(uniform, exponent, cutoff)
 
 
@@ -220,7 +235,8 @@ def _whole_sizes(uniform: Vector, exponent: float, cutoff: float) -> Vector:
     last = numbers[-1]
     # ζ(τ, k) is k^(1-τ) about half a number lower, to 1e-6 out there; beyond 1e15 numbers are not whole any more.
     with np.errstate(over="ignore"):
-        ratio = np.minimum((uniform[beyond] / shares[-1]) ** (-1.0 / (exponent - 1.0)), 1e15)
+        share = uniform[beyond] / shares[-1]
+        ratio = np.minimum(share ** (-1.0 / (exponent - 1.0)), 1e15)
     found[beyond] = np.floor((last - 0.5) * ratio + 0.5)
     return np.asarray(found)
 
@@ -256,11 +272,13 @@ def logarithmic_histogram(
     """
     values = sort_sizes(sizes, discrete).values
     if not len(values):
-        return Histogram(np.empty(0), np.empty(0, np.int64), np.empty(0), np.empty(0))
+        none = np.empty(0)
+        return Histogram(none, np.empty(0, np.int64), none, none)
     edges = _edges(values, per_decade, discrete)
     below = np.searchsorted(values, edges, side="left")
     below[-1] = len(values)
     counts, inwards = np.diff(below), 0.5 * discrete
+    # Root by root, as the product of both ends may overflow.
     middles = np.sqrt(edges[:-1] + inwards) * np.sqrt(edges[1:] - inwards)
     with np.errstate(over="ignore"):  # bins among the smallest numbers are narrower than one over the largest
         density = np.minimum(counts / len(values) / np.diff(edges), LARGEST_FLOAT)
@@ -269,12 +287,20 @@ def logarithmic_histogram(
 
 def _edges(values: Vector, per_decade: int, discrete: bool) -> Vector:
     """Ends of bins, rising and above 0, also where sizes are the smallest or the largest numbers there are."""
-    first, last = np.floor(np.log10(values[[0, -1]]) * per_decade).astype(int)
+    ends = np.log10(values[[0, -1]]) * per_decade
+    first, last = np.floor(ends).astype(int)
     with np.errstate(over="ignore"):
-        edges = np.minimum(10.0 ** (np.arange(first, last + 2) / per_decade), LARGEST_FLOAT)
+        powers = 10.0 ** (np.arange(first, last + 2) / per_decade)
+    edges = np.minimum(powers, LARGEST_FLOAT)
     if not discrete:
-        edges[0], edges[-1] = min(edges[0], values[0]), max(edges[-1], np.nextafter(values[-1], LARGEST_FLOAT))
+        # Powers are rounded: the outermost bins still hold the smallest and the largest size.
+        edges[0] = min(edges[0], values[0])
+        edges[-1] = max(edges[-1], np.nextafter(values[-1], LARGEST_FLOAT))
         edges = np.unique(edges)
-        return edges if edges[0] > 0.0 else np.unique(np.append(edges[1:], values[0]))
+        if edges[0] > 0.0:
+            return edges
+        return np.unique(np.append(edges[1:], values[0]))
     edges = np.unique(np.ceil(edges - 1e-9) - 0.5)
-    return edges if edges[-1] >= values[-1] else np.append(edges, values[-1] + 0.5)
+    if edges[-1] >= values[-1]:
+        return edges
+    return np.append(edges, values[-1] + 0.5)

@@ -221,15 +221,17 @@ class Interruption:
             if received[0] not in SIGNALS:
                 continue
             if time.monotonic() > first + ECHO:
-                self._leave("asked again to stop")
+                self._leave("a second signal arrived")
             if self._patience is None:
                 first = time.monotonic()
                 self.request()
-                self._patience = threading.Timer(self._grace, self._leave, [f"{self._grace:g} s to finish are over"])
+                self._patience = threading.Timer(
+                    self._grace, self._leave, [f"the grace period of {self._grace:g} s is over"]
+                )
                 self._patience.daemon = True
                 self._patience.start()
 
     def _leave(self, reason: str) -> None:
-        print_notice(f"{reason}: left in the middle of a task; run again to continue")
+        print_notice(f"stopped during a task, as {reason}; run again to continue")
         time.sleep(LAST_WORDS)
         self.end(INTERRUPTED)
