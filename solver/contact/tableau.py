@@ -50,22 +50,26 @@ def tableau(compliance: Entries, contact: Nodes, into: Dense, reciprocal: bool =
     """
     touching, free = np.flatnonzero(contact), np.flatnonzero(~contact)
     n, count = len(contact), len(touching)
-    pivoted, kept = np.concatenate((touching, touching + n)), np.concatenate((free, free + n))
+    pivoted = np.concatenate((touching, touching + n))
+    kept = np.concatenate((free, free + n))
     normal = (kept >= n).astype(float)
-    stiffness = invert_bordered(border_matrix(compliance, pivoted, n), f"compliance of {count} nodes", into)
+    system = border_matrix(compliance, pivoted, n)
+    stiffness = invert_bordered(system, f"compliance of {count} nodes", into)
     reached = np.column_stack((compliance(kept, pivoted), normal))
     from_kept = reached @ stiffness
     with_load = np.append(pivoted, 2 * n)
     into[np.ix_(with_load, with_load)] = stiffness.T
     into[np.ix_(with_load, kept)] = from_kept.T
     for some in portions(len(kept)):  # of thousands of nodes all at once are a tenth of a GB
+        entries = kept[some]
         if reciprocal:
-            into[np.ix_(kept[some], with_load)] = -from_kept[some]
-            into[np.ix_(kept[some], kept)] = compliance(kept[some], kept) - from_kept[some] @ reached.T
-            continue
-        back = np.vstack((-compliance(pivoted, kept[some]), -normal[some]))
-        into[np.ix_(kept[some], with_load)] = (stiffness @ back).T
-        into[np.ix_(kept[some], kept)] = (compliance(kept, kept[some]) + from_kept @ back).T
+            into[np.ix_(entries, with_load)] = -from_kept[some]
+            left = compliance(entries, kept) - from_kept[some] @ reached.T
+        else:
+            back = np.vstack((-compliance(pivoted, entries), -normal[some]))
+            into[np.ix_(entries, with_load)] = (stiffness @ back).T
+            left = (compliance(kept, entries) + from_kept @ back).T
+        into[np.ix_(entries, kept)] = left
     into[:, len(into) :] = 0.0  # where the inverse had its room
 
 
@@ -80,11 +84,10 @@ def window_entries(compliance: Compliance, window: Window, matrix: Dense | None 
 def wider(nodes: Nodes, rings: int = 1) -> Nodes:
     """Nodes of a plane, (columns, rows), and their neighbours, also at corners, up to this number of rings."""
     for _ in range(rings):
-        for axis in (0, 1):
-            padded = np.pad(nodes, [(1, 1) if axis == each else (0, 0) for each in (0, 1)])
-            nodes = np.any([np.roll(padded, by, axis) for by in (-1, 0, 1)], axis=0).take(
-                range(1, padded.shape[axis] - 1), axis
-            )
+        padded = np.pad(nodes, 1)
+        # Along one direction, then the other: so corners are reached too.
+        along = padded[:-2] | padded[1:-1] | padded[2:]
+        nodes = along[:, :-2] | along[:, 1:-1] | along[:, 2:]
     return nodes
 
 
@@ -163,12 +166,14 @@ def tableau_from_base(compliance: EndlessCompliance, nodes: Window, contact: Nod
     shifted = places - middle[:, None] + n // 2
     under_disc = _at(disc, shifted)
     different = np.flatnonzero(under_disc != contact)
-    covered = _at(wider(disc, BASE_RINGS), shifted).all() and under_disc.sum() == disc.sum()
+    is_on_plane = under_disc.sum() == disc.sum()
+    covered = _at(wider(disc, BASE_RINGS), shifted).all() and is_on_plane
     if not covered or len(different) > MOST_DIFFERENT * count:
         _last_base.clear()  # the inverse needs the room
         return None
     base = find_base(compliance, expected)
-    entries = _both(np.searchsorted(base.nodes, shifted[0] * n + shifted[1]), len(base.nodes))
+    in_base = np.searchsorted(base.nodes, shifted[0] * n + shifted[1])
+    entries = _both(in_base, len(base.nodes))
     entries = np.append(entries, 2 * len(base.nodes))
     found = zero_lines(len(entries))
     for row, entry in zip(found, entries, strict=True):

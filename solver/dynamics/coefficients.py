@@ -141,7 +141,8 @@ def steady_blocks(bins: Floats) -> tuple[Floats, str]:
     """
     first = truncation(bins)
     edges = np.linspace(first, len(bins), BLOCKS + 1)
-    impulse = np.interp(edges, np.arange(len(bins) + 1), np.concatenate(([0.0], np.cumsum(bins))))
+    sums = np.concatenate(([0.0], np.cumsum(bins)))
+    impulse = np.interp(edges, np.arange(len(bins) + 1), sums)
     blocks = np.diff(impulse) / np.diff(edges)
     return blocks, unsteadiness(blocks, latest=first >= latest_truncation(len(bins)))
 
@@ -158,7 +159,8 @@ def truncation(bins: Floats) -> int:
     kept = np.arange(1, len(bins) + 1)
     # Σ(b - mean)² = Σb² - (Σb)²/m over the m bins kept; over m² it is the square of the standard error of their mean.
     squares = (centred**2).cumsum() - centred.cumsum() ** 2 / kept
-    return int((squares / kept**2)[::-1][: latest_truncation(len(bins)) + 1].argmin())
+    squared_errors = (squares / kept**2)[::-1]
+    return int(squared_errors[: latest_truncation(len(bins)) + 1].argmin())
 
 
 _PLACES: Final = (np.arange(8) - 3.5) / 8.0

@@ -75,9 +75,12 @@ def _end_by_far(result: DynamicsResult, drive: Drive, limit: FrictionLimit) -> b
     k, excess = drive.spring_stiffness, result.slip_force[1:] - limit.steady_force
     if len(excess) < FEWEST_SLIPS or not excess.min() > 0.0 or not drive.damping_ratio:
         return False
-    left = float(excess.min() ** 2 / excess.max()) ** 2 - 2.0 * k * limit.uneven_work
+    # As far below the weakest slip as that is below the strongest: min·min/max.
+    far_below = float(excess.min() ** 2 / excess.max())
+    left = far_below**2 - 2.0 * k * limit.uneven_work
     damper = 2.0 * drive.damping_ratio * math.sqrt(k) * drive.stage_velocity
-    pin = Oscillator(k, drive.damping_ratio, drive.stage_velocity, damper - math.sqrt(max(left, 0.0)))
+    excess_left = damper - math.sqrt(max(left, 0.0))
+    pin = Oscillator(k, drive.damping_ratio, drive.stage_velocity, excess_left)
     return left > 0.0 and not math.isnan(pin.first_stop(math.inf))
 
 
@@ -94,16 +97,19 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     forgets = arrives + limit.period / drive.stage_velocity + rings
     # Twice the stretch after the arrival: in its second half the ringing and the start are forgotten.
     duration = 2.0 * forgets - arrives
-    edges = np.concatenate(([0.0], ramp + limit.edges[first:] - limit.edges[first]))
+    repeated = ramp + limit.edges[first:] - limit.edges[first]
+    edges = np.concatenate(([0.0], repeated))
     slope = np.concatenate(([RISING**2 * drive.spring_stiffness], limit.slope[first:]))
     if not np.all(np.diff(edges) > 0.0) or not declared(Drive)["duration"].holds(duration):
         return True  # a pin without friction meets no ramp; one that is too long drowns the teeth
-    there = FrictionLimit(edges, np.concatenate(([0.0], limit.force[first:])), slope, 1)
+    force = np.concatenate(([0.0], limit.force[first:]))
+    ramped = FrictionLimit(edges, force, slope, 1)
     trial = replace(drive, duration=duration, integrator="exact", samples=1, max_slips=None, step_limit=FORGETTING)
-    motion = integrate(there, trial, surface_stiffness)
+    motion = integrate(ramped, trial, surface_stiffness)
     sticks = motion.restick_time[motion.restick_position > ramp]
-    slides = not len(sticks) or (sticks[-1] < forgets and np.isnan(motion.restick_time[-1]))
-    return not motion.outcome.ok or bool(slides)
+    if not motion.outcome.ok or not len(sticks):
+        return True
+    return bool(sticks[-1] < forgets and np.isnan(motion.restick_time[-1]))
 
 
 def _sufficient_duration(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> float:

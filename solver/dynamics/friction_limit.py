@@ -83,8 +83,10 @@ class FrictionLimit:
         """F̃ at each x, in G·L_x·L_y; at a jump, the value to its right (left of 0: to its left)."""
         far = np.abs(x)
         start = self.edges[self.periodic_from]
-        far = np.where(far < self.edges[-1], far, start + np.mod(far - start, self.period))
-        tooth = np.clip(np.searchsorted(self.edges, far, side="right") - 1, 0, len(self.force) - 1)
+        repeated = start + np.mod(far - start, self.period)
+        far = np.where(far < self.edges[-1], far, repeated)
+        tooth = np.searchsorted(self.edges, far, side="right") - 1
+        tooth = np.clip(tooth, 0, len(self.force) - 1)
         return np.asarray(self.force[tooth] + self.slope[tooth] * (far - self.edges[tooth]))
 
 
@@ -102,7 +104,9 @@ def linear(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     Raises NoPlateauError if the record has no plateau.
     """
     whole = teeth(record)
-    return _periodic(Teeth(whole.edges, whole.start, np.append(whole.start[1:], whole.end[-1])), plateau)
+    # Each tooth ends where the next one starts.
+    ends = np.append(whole.start[1:], whole.end[-1])
+    return _periodic(Teeth(whole.edges, whole.start, ends), plateau)
 
 
 def coarse(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
@@ -112,9 +116,11 @@ def coarse(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     matter through these two only. Raises NoPlateauError without a plateau.
     """
     fine = sawtooth(record, plateau)
-    whole = Teeth(fine.edges, fine.force, fine.force + fine.slope * np.diff(fine.edges))
+    ends = fine.force + fine.slope * np.diff(fine.edges)
+    whole = Teeth(fine.edges, fine.force, ends)
     fewer, periodic_from = merge_teeth(whole, fine.periodic_from, record.spacing / COARSE)
-    return FrictionLimit(fewer.edges, fewer.start, (fewer.end - fewer.start) / np.diff(fewer.edges), periodic_from)
+    slopes = (fewer.end - fewer.start) / np.diff(fewer.edges)
+    return FrictionLimit(fewer.edges, fewer.start, slopes, periodic_from)
 
 
 def mean(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
@@ -143,24 +149,28 @@ def merge_teeth(teeth: Teeth, stays: int, shortest: float) -> tuple[Teeth, int]:
     A new tooth has their length, mean and highest force, which is at its end; if it would begin below zero, it begins at zero
     and ends at twice the mean. A single tooth is unchanged. stays: number of an edge that no tooth crosses.
     """
-    kept = np.union1d(
-        _edges_kept(teeth.edges[: stays + 1], shortest), stays + _edges_kept(teeth.edges[stays:], shortest)
-    )
+    before = _edges_kept(teeth.edges[: stays + 1], shortest)
+    after = stays + _edges_kept(teeth.edges[stays:], shortest)
+    kept = np.union1d(before, after)
     first = kept[:-1]
     width = np.diff(teeth.edges)
-    mean = np.add.reduceat(0.5 * width * (teeth.start + teeth.end), first) / np.add.reduceat(width, first)
+    work = np.add.reduceat(0.5 * width * (teeth.start + teeth.end), first)
+    mean = work / np.add.reduceat(width, first)
     highest = np.maximum.reduceat(np.maximum(teeth.start, teeth.end), first)
     # A straight tooth with this mean that ends at the highest force.
-    start = np.maximum(2.0 * mean - highest, 0.0)
+    merged_start = np.maximum(2.0 * mean - highest, 0.0)
+    merged_end = 2.0 * mean - merged_start
     alone = np.diff(kept) == 1
-    start, end = np.where(alone, teeth.start[first], start), np.where(alone, teeth.end[first], 2.0 * mean - start)
+    start = np.where(alone, teeth.start[first], merged_start)
+    end = np.where(alone, teeth.end[first], merged_end)
     return Teeth(teeth.edges[kept], start, end), int(np.searchsorted(kept, stays))
 
 
 def _edges_kept(edges: Floats, shortest: float) -> NDArray[np.intp]:
     """Numbers of the edges that remain: the first edge in each stretch of length `shortest`, and the last edge."""
     stretch = np.floor((edges - edges[0]) / shortest)
-    return np.union1d(np.flatnonzero(np.diff(stretch, prepend=-1.0)), len(edges) - 1)
+    is_first = np.diff(stretch, prepend=-1.0) != 0.0
+    return np.union1d(np.flatnonzero(is_first), len(edges) - 1)
 
 
 def friction_limit_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> FrictionLimit:
@@ -178,5 +188,7 @@ def _periodic(whole: Teeth, plateau: Plateau) -> FrictionLimit:
     count = plateau.last_event + 1
     edges = whole.edges[: count + 1]
     # Initial contact may leave a force against the drag; Eq. 13 knows only limits of at least 0.
-    start, end = np.maximum(whole.start[:count], 0.0), np.maximum(whole.end[:count], 0.0)
-    return FrictionLimit(edges, start, (end - start) / np.diff(edges), periodic_from=plateau.first_event + 1)
+    start = np.maximum(whole.start[:count], 0.0)
+    end = np.maximum(whole.end[:count], 0.0)
+    slopes = (end - start) / np.diff(edges)
+    return FrictionLimit(edges, start, slopes, periodic_from=plateau.first_event + 1)

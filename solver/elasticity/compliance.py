@@ -123,13 +123,15 @@ class SurfaceCompliance(Compliance):
                 continue
             loaded, first = slice(nodes[0], nodes[-1] + 1), along * n
             moved = slice(None) if coupled else slice(first, first + n)
-            found[moved] += self.matrix[moved, first : first + n][:, loaded] @ forces[along, loaded]
+            by_forces = self.matrix[moved, first : first + n][:, loaded]
+            found[moved] += by_forces @ forces[along, loaded]
         return found.reshape(2, n)
 
     def decouple(self) -> "SurfaceCompliance":
         n = self.slab.n_x
         matrix = np.zeros_like(self.matrix, subok=False)
-        matrix[:n, :n], matrix[n:, n:] = self.matrix[:n, :n], self.matrix[n:, n:]
+        for own in (slice(n), slice(n, None)):
+            matrix[own, own] = self.matrix[own, own]
         matrix.setflags(write=False)
         return SurfaceCompliance(matrix, self.slab)
 
@@ -177,13 +179,19 @@ def stiffness_of_node(compliance: Compliance, contact: NDArray[np.bool_]) -> flo
 def _stiffness_of_node(compliance: Compliance, in_contact: bytes) -> float:
     contact = np.frombuffer(in_contact, np.bool_)
     nodes = contact.nonzero()[0]
-    added = np.array([node for node in (nodes[0] - 1, nodes[-1] + 1) if 0 <= node < len(contact)], dtype=np.intp)
+    neighbours = np.array([nodes[0] - 1, nodes[-1] + 1], dtype=np.intp)
+    added = neighbours[(neighbours >= 0) & (neighbours < len(contact))]
+    if not len(added):
+        return 0.0
     beside = compliance.entries(nodes, added)
-    found = np.linalg.solve(compliance.entries(nodes, nodes), np.column_stack((np.ones(len(nodes)), beside)))
-    left = compliance.entries(added, added).diagonal() - np.einsum("ij,ij->j", beside, found[:, 1:])
+    ones_and_beside = np.column_stack((np.ones(len(nodes)), beside))
+    found = np.linalg.solve(compliance.entries(nodes, nodes), ones_and_beside)
     # K = 1ᵀ C⁻¹ 1. With a node more, whose compliances with the others are c and with itself c_0, the bordered
     # inverse adds (1 - cᵀ C⁻¹ 1)²/(c_0 - cᵀ C⁻¹ c).
-    return float(np.mean((1.0 - beside.T @ found[:, 0]) ** 2 / left)) if len(added) else 0.0
+    own = compliance.entries(added, added).diagonal()
+    left = own - np.einsum("ij,ij->j", beside, found[:, 1:])
+    missing = 1.0 - beside.T @ found[:, 0]
+    return float(np.mean(missing**2 / left))
 
 
 _stiffness_of_node_before = lru_cache(maxsize=KEPT)(_stiffness_of_node)
@@ -217,7 +225,8 @@ def add_node(compliance: Compliance, stiffness: Dense, nodes: Indices, node: int
     """Compute `contact_stiffness_matrix` these nodes from that without one of them (bordered inverse)."""
     count, place = compliance.slab.nodes, int(np.searchsorted(nodes, node))
     others, new = np.delete(nodes, place), np.array([node, node + count])
-    held, loaded = np.concatenate((others, others + count)), np.array([[0.0, 1.0]])
+    held = np.concatenate((others, others + count))
+    loaded = np.array([[0.0, 1.0]])
     beside = np.hstack((compliance.entries(new, held), loaded.T))
     reached = stiffness @ np.vstack((compliance.entries(held, new), loaded))
     # Schur complement: how far the node gives way while all others are held.
@@ -227,9 +236,11 @@ def add_node(compliance: Compliance, stiffness: Dense, nodes: Indices, node: int
     whole = np.arange(len(stiffness) + 2)
     added = np.array([place, len(nodes) + place])
     old = np.delete(whole, added)
+    share = own @ (beside @ stiffness)
     found = np.empty((len(whole), len(whole)))
-    found[np.ix_(old, old)] = stiffness + reached @ (share := own @ (beside @ stiffness))
-    found[np.ix_(old, added)], found[np.ix_(added, old)] = -reached @ own, -share
+    found[np.ix_(old, old)] = stiffness + reached @ share
+    found[np.ix_(old, added)] = -reached @ own
+    found[np.ix_(added, old)] = -share
     found[np.ix_(added, added)] = own
     return found
 
@@ -239,7 +250,8 @@ def remove_node(stiffness: Dense, place: int) -> Dense:
     gone = np.array([place, len(stiffness) // 2 + place])
     old = np.delete(np.arange(len(stiffness)), gone)
     # Its forces are set to 0: what held it is shared out among the others.
-    shared = np.linalg.solve(taken(stiffness, gone, gone), taken(stiffness, gone, old))
+    beside = taken(stiffness, gone, old)
+    shared = np.linalg.solve(taken(stiffness, gone, gone), beside)
     return taken(stiffness, old, old) - taken(stiffness, old, gone) @ shared
 
 

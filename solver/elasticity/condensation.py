@@ -69,11 +69,12 @@ def _parity_fields(k: Stiffness, sign: float) -> Fields:
     nodes, mirror = np.arange(k.grid.nodes), _mirror(k.grid)
     # Both of a pair belong to one field, √½ each for the length 1; a node in the middle has no odd part.
     left = np.minimum(nodes, mirror)
-    weights = [
-        np.where(nodes == mirror, max(parity, 0.0), np.sqrt(0.5) * np.where(nodes > mirror, parity, 1.0))
-        for parity in (-sign, sign)
-    ]
-    return _number_fields(np.concatenate((left, left + k.grid.nodes)), np.where(k.fixed, 0.0, weights).ravel())
+    weights = []
+    for parity in (-sign, sign):
+        in_pair = np.sqrt(0.5) * np.where(nodes > mirror, parity, 1.0)
+        weights.append(np.where(nodes == mirror, max(parity, 0.0), in_pair))
+    group = np.concatenate((left, left + k.grid.nodes))
+    return _number_fields(group, np.where(k.fixed, 0.0, weights).ravel())
 
 
 def _number_fields(group: NDArray[np.int64], weight: Floats) -> Fields:
@@ -219,18 +220,24 @@ class _Slab:
         """Eliminate the fields `inside`, sorted: first each side of a cut, then the cut. Raises SingularOperator."""
         cut, *sides = self._cut(inside)
         pieces = [self.eliminated(side) for side in sides if len(side)]
-        acting = [_entries(each, cut) for each in ((self.rows,) if self.symmetric else (self.rows, self.columns))]
-        front = self._front(cut, inside, [*(each.columns for each in acting), *(piece.border for piece in pieces)])
+        acting = [_entries(self.rows, cut)]
+        if not self.symmetric:
+            acting.append(_entries(self.columns, cut))
+        touched = [each.columns for each in acting]
+        borders = [piece.border for piece in pieces]
+        front = self._front(cut, inside, touched + borders)
         stiffness = _stiffness(acting, front)
         for piece in pieces:
             at = front.place[piece.border]
             stiffness[np.ix_(at, at)] += piece.left.stiffness
         surface = _range(self.number[inside])
-        follows = self._surface_response(surface, front, [(piece, piece.left.follows) for piece in pieces])
+        of_pieces = [(piece, piece.left.follows) for piece in pieces]
+        follows = self._surface_response(surface, front, of_pieces)
         if self.symmetric:
             left = definitely_eliminated(stiffness, len(cut), follows)
         else:
-            bears = self._surface_response(surface, front, [(piece, piece.left.bears.T) for piece in pieces])
+            of_pieces = [(piece, piece.left.bears.T) for piece in pieces]
+            bears = self._surface_response(surface, front, of_pieces)
             left = eliminated(stiffness, len(cut), follows, bears.T)
         self._grow(surface, *left.grown)
         worst = min([left.reciprocal_condition, *(piece.reciprocal_condition for piece in pieces)])

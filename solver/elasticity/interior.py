@@ -43,9 +43,8 @@ def _solved(whole: Stiffness, poisson: float, nodal_force: Floats) -> InteriorFi
     dilation = lame(poisson)
     x, z = whole.grid.coordinates().T
     volumetric = dilation * (u_x + w_z)
-    return InteriorFields(
-        x=x - 0.5, z=z, u=u, w=w, stress_xx=volumetric + 2 * u_x, stress_zz=volumetric + 2 * w_z, stress_xz=u_z + w_x
-    )
+    stress_xx, stress_zz = volumetric + 2 * u_x, volumetric + 2 * w_z
+    return InteriorFields(x - 0.5, z, u, w, stress_xx=stress_xx, stress_zz=stress_zz, stress_xz=u_z + w_x)
 
 
 def _displaced(whole: Stiffness, forces: Vector) -> Vector:
@@ -64,26 +63,30 @@ def _extend_fields(slab: Slab, whole: Stiffness, found: InteriorFields, force: V
     """The fields of a tall slab: the trunk's upper half moved along with the surface, its lower half under a bar's forces."""
     acting = resultants(slab.n_x) @ force
     w, u, rotation = lengthening(slab) @ acting
-    upper = replace(found, u=found.u + u - rotation * found.z, w=found.w + w + rotation * found.x)
+    carried_u = found.u + u - rotation * found.z
+    carried_w = found.w + w + rotation * found.x
+    upper = replace(found, u=carried_u, w=carried_w)
     more = slab.aspect_ratio - trunk(slab).aspect_ratio
     bar = bar_forces(slab.n_x) @ transfer_matrix(slab, more) @ acting
     lower = _solved(whole, slab.poisson, bar.reshape(2, -1))
     lower = replace(lower, z=lower.z - more)
     # The bar is inserted half-way down: only its stresses are left there.
     inside = found.z > -trunk(slab).aspect_ratio / 2
-    return InteriorFields(*(np.where(inside, getattr(upper, name), getattr(lower, name)) for name in _NAMES))
+    pairs = ((getattr(upper, name), getattr(lower, name)) for name in _NAMES)
+    return InteriorFields(*(np.where(inside, above, below) for above, below in pairs))
 
 
 def gradient(grid: Grid, values: Vector) -> tuple[Vector, Vector]:
     """∂/∂x and ∂/∂z of a field at every node, from its nodal values; all of shape (nodes,)."""
     rows = [values[grid.row_nodes(row)] for row in range(grid.rows)]
-    along = [np.gradient(rows[row], grid.spacing(row), edge_order=2) for row in range(grid.rows)]
-    down = []
+    along, down = [], []
     for row in range(grid.rows):
+        along.append(np.gradient(rows[row], grid.spacing(row), edge_order=2))
         used, basis = across(grid, row)
         above_or_below = [_interpolate_row(grid, rows[q], int(q), row) for q in used]
         weights = value(slopes(basis), 0.0)
-        down.append(sum(weight * seen for weight, seen in zip(weights, above_or_below, strict=True)))
+        pairs = zip(weights, above_or_below, strict=True)
+        down.append(sum(weight * seen for weight, seen in pairs))
     return np.concatenate(along), np.concatenate(down)
 
 
@@ -91,4 +94,5 @@ def _interpolate_row(grid: Grid, values: Vector, row: int, here: int) -> Vector:
     """Values of a row's field, interpolated to the x of the nodes of another row."""
     if grid.counts[row] == grid.counts[here]:
         return values
-    return np.asarray(scipy.interpolate.CubicSpline(grid.row_x(row), values)(grid.row_x(here)))
+    spline = scipy.interpolate.CubicSpline(grid.row_x(row), values)
+    return np.asarray(spline(grid.row_x(here)))

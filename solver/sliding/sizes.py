@@ -305,25 +305,35 @@ def event_distributions(
     members: Sequence[tuple[FrictionRecord, Plateau]], draws: int = power_law.DRAWS
 ) -> tuple[Any, SizeBins]:
     """The EventDistributions and SizeBins of an ensemble: of the steady parts of its usable records."""
-    # No displacement is at least NaN: a record that is not usable gives no sizes.
-    each = [event_sizes(record, plateau.start if record.outcome.usable else math.nan) for record, plateau in members]
+    each = []
+    for record, plateau in members:
+        # No displacement is at least NaN: a record that is not usable gives no sizes.
+        begins = plateau.start if record.outcome.usable else math.nan
+        each.append(event_sizes(record, begins))
     counts = [len(sizes.slips) for sizes in each if len(sizes.slips)]
-    found: dict[str, Any] = {"sized_events": sum(counts) if len(counts) >= fewest_members(len(each)) else 0}
+    are_enough = len(counts) >= fewest_members(len(each))
+    found: dict[str, Any] = {"sized_events": sum(counts) if are_enough else 0}
     for size, discrete in DISCRETE.items():
-        fit = size_distribution(*(getattr(sizes, size) for sizes in each), discrete=discrete, draws=draws)
+        samples = [getattr(sizes, size) for sizes in each]
+        fit = size_distribution(*samples, discrete=discrete, draws=draws)
         found |= {f"{size}_{name}": getattr(fit, name) for name in _NUMBERS}
+    alone = [_alone(sizes) for sizes in each]
     for name in _ALONE:
-        mean = mean_of(np.array([_alone(sizes)[name] for sizes in each]))
-        found |= {name + end: float(value) for end, value in zip(("", "_uncertainty", "_members"), mean, strict=True)}
+        mean = mean_of(np.array([numbers[name] for numbers in alone]))
+        found[name] = float(mean.mean)
+        found[f"{name}_uncertainty"] = float(mean.uncertainty)
+        found[f"{name}_members"] = float(mean.members)
     return EventDistributions(**found), _bins(each)
 
 
 def _alone(sizes: EventSizes) -> dict[str, float]:
     # The last event has no step.
     steps = sizes.step[np.isfinite(sizes.step)]
+    slips = sizes.slips.astype(float)
+    variation = float(steps.std() / steps.mean()) if len(steps) > 1 else math.nan
     return {
-        "step_variation": float(steps.std() / steps.mean()) if len(steps) > 1 else math.nan,
-        "slips_correlation": rank_correlation(sizes.slips[:-1].astype(float), sizes.slips[1:].astype(float)),
+        "step_variation": variation,
+        "slips_correlation": rank_correlation(slips[:-1], slips[1:]),
         "drop_correlation": rank_correlation(sizes.drop[:-1], sizes.drop[1:]),
         "step_correlation": rank_correlation(sizes.step[:-1], sizes.step[1:]),
         "drop_step_correlation": rank_correlation(sizes.drop, sizes.step),
@@ -331,11 +341,19 @@ def _alone(sizes: EventSizes) -> dict[str, float]:
 
 
 def _bins(members: Sequence[EventSizes]) -> SizeBins:
-    samples = [_together([getattr(sizes, size) for sizes in members], DISCRETE[size])[1] for size in SIZES]
-    found = [power_law.logarithmic_histogram(sample.values, discrete=sample.discrete) for sample in samples]
-    seen = [each.counts > 0 for each in found]
-    columns = [
-        np.concatenate([column[there] for column, there in zip(of_size, seen, strict=True)])
-        for of_size in zip(*((each.middles, each.density, each.counts) for each in found), strict=True)
-    ]
-    return SizeBins(np.repeat(np.arange(len(SIZES), dtype=np.int8), [there.sum() for there in seen]), *columns)
+    numbers, middles, densities, counts = [], [], [], []
+    for number, size in enumerate(SIZES):
+        values = [getattr(sizes, size) for sizes in members]
+        _, sample = _together(values, DISCRETE[size])
+        bins = power_law.logarithmic_histogram(sample.values, discrete=sample.discrete)
+        has_events = bins.counts > 0
+        numbers.append(np.full(int(has_events.sum()), number, np.int8))
+        middles.append(bins.middles[has_events])
+        densities.append(bins.density[has_events])
+        counts.append(bins.counts[has_events])
+    return SizeBins(
+        np.concatenate(numbers),
+        np.concatenate(middles),
+        np.concatenate(densities),
+        np.concatenate(counts),
+    )

@@ -54,21 +54,30 @@ def shares(case: Case, compliance: Compliance) -> Floats:
 def _relative_loads(case: Case, compliance: Compliance, compressed: Floats) -> Floats:
     """Forces (N,) over their mean, on contacts pressed to multiples `compressed` of a common depth; the depth follows
     from the mean load."""
-    alone = replace(interface_contact(case, 0), effects=Effects(friction=False), slip_rule=SlipRule())
+    first = interface_contact(case, 0)
+    alone = replace(first, effects=Effects(friction=False), slip_rule=SlipRule())
+    # Load over depth is close to a power law: it is straight between logarithms of doubled loads.
     loads = case.normal_load * 2.0 ** np.arange(-20.0, 8.0)
     loads = loads[loads <= 1.0]
-    found = [initial_contact(replace(alone, normal_load=load), compliance) for load in loads.tolist()]
-    good = np.array([state.outcome.ok and state.approach > 0.0 for state in found])
-    if not good[loads <= 2.0 * case.normal_load].all() or not loads[good][-1] >= 2.0 * case.normal_load:
+    states = [initial_contact(replace(alone, normal_load=load), compliance) for load in loads.tolist()]
+    approach = np.array([state.approach for state in states])
+    is_good = np.array([state.outcome.ok for state in states]) & (approach > 0.0)
+    reaches_twice = is_good.any() and loads[is_good][-1] >= 2.0 * case.normal_load
+    if not is_good[loads <= 2.0 * case.normal_load].all() or not reaches_twice:
         unknown = Outcome(Ending.INVALID, 'loads = "heights": no normal contact about this load; use "exponential"')
-        raise _ended(next((state.outcome for state in found if not state.outcome.ok), unknown))
-    loads, depth = loads[good], np.log([state.approach for state, fine in zip(found, good, strict=True) if fine])
+        refused = (state.outcome for state in states if not state.outcome.ok)
+        raise _ended(next(refused, unknown))
+    depth = np.log(approach[is_good])
+    over_mean_load = np.log(loads[is_good] / case.normal_load)
 
     def over_mean(logarithm: float) -> Floats:
-        return np.asarray(np.exp(np.interp(logarithm + np.log(compressed), depth, np.log(loads / case.normal_load))))
+        depths = logarithm + np.log(compressed)
+        return np.asarray(np.exp(np.interp(depths, depth, over_mean_load)))
 
-    mean = scipy.optimize.brentq(lambda each: float(over_mean(each).mean()) - 1.0, depth[0] - 1.0, depth[-1] + 1.0)
-    return over_mean(mean)
+    def missing(logarithm: float) -> float:
+        return float(over_mean(logarithm).mean()) - 1.0
+
+    return over_mean(scipy.optimize.brentq(missing, depth[0] - 1.0, depth[-1] + 1.0))
 
 
 def portion(case: Case, compliance: Compliance, first: int, beyond: int, places: Ensemble = ALONE) -> Portion:
@@ -82,7 +91,8 @@ def portion(case: Case, compliance: Compliance, first: int, beyond: int, places:
         return _without(found, error.outcome, beyond - first)
     for number in range(first, beyond):
         try:
-            found = _together(found, _alone(interface_contact(case, number, loads[number], places), compliance, end))
+            contact = interface_contact(case, number, loads[number], places)
+            found = _together(found, _alone(contact, compliance, end))
         except SolverError as error:
             found = _without(found, error.outcome, 1)
     return found
@@ -125,16 +135,17 @@ def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
     # A record may end a rounding before the common end.
     force = whole.force(np.minimum(edges, whole.edges[-1]))
     force[-1] = record.final_force
-    piece = np.clip(edges.searchsorted(record.displacement, side="right") - 1, 0, PIECES - 1)
+    piece = edges.searchsorted(record.displacement, side="right") - 1
+    piece = np.clip(piece, 0, PIECES - 1)
     # Between events force is straight: it is highest at an end of a piece or at an event within.
     highest = np.maximum(force[:-1], force[1:])
     np.maximum.at(highest, piece, np.maximum(record.force_before, record.force_after))
     sizes = np.insert(record.contact_size, 0, record.initial_contact_size)
     valid, counted = record_validity(case, start, record, last), event_statistics(record)
-    columns = {name: getattr(record, name) for name in (*_COUNTED, "dissipated")}
-    added: dict[str, Any] = {
-        name: np.bincount(piece, each, PIECES).astype(each.dtype) for name, each in columns.items()
-    }
+    added: dict[str, Any] = {}
+    for name in (*_COUNTED, "dissipated"):
+        column = getattr(record, name)
+        added[name] = np.bincount(piece, column, PIECES).astype(column.dtype)
     return Portion(
         force=force,
         contact_size=sizes[record.displacement.searchsorted(edges, side="right")],
@@ -161,27 +172,34 @@ def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
 
 def _empty() -> Portion:
     made: dict[str, Any] = {item.name: 0 for item in fields(Portion)}
-    made |= {"force": np.zeros(PIECES + 1), "highest": np.zeros(PIECES), "dissipated": np.zeros(PIECES)}
-    made |= {name: np.zeros(PIECES, np.int32) for name in ("releases", "touches", "extent")}
-    made |= {"contact_size": np.zeros(PIECES + 1, np.int32), "slips": np.zeros(PIECES, np.int64), "outcome": COMPLETED}
-    return Portion(**made)
+    made["force"] = np.zeros(PIECES + 1)
+    made["contact_size"] = np.zeros(PIECES + 1, np.int32)
+    made["slips"] = np.zeros(PIECES, np.int64)
+    for name in ("highest", "dissipated"):
+        made[name] = np.zeros(PIECES)
+    for name in ("releases", "touches", "extent"):
+        made[name] = np.zeros(PIECES, np.int32)
+    return Portion(**made | {"outcome": COMPLETED})
 
 
 def _without(found: Portion, outcome: Outcome, lost: int) -> Portion:
     """A portion with some contacts lost. Its own outcome is completed; lost contacts are counted and reported once."""
     first = not found.lost
     ending = _ENDINGS.index(outcome.ending) if first else found.ending
-    told = outcome if first else found.outcome
-    return replace(found, lost=found.lost + lost, ending=ending, outcome=replace(told, ending=Ending.COMPLETED))
+    reported = replace(outcome if first else found.outcome, ending=Ending.COMPLETED)
+    return replace(found, lost=found.lost + lost, ending=ending, outcome=reported)
 
 
 def _together(one: Portion, other: Portion) -> Portion:
     """The sum of two portions."""
-    added: dict[str, Any] = {name: getattr(one, name) + getattr(other, name) for name in _ADDED}
-    largest: dict[str, Any] = {name: max(getattr(one, name), getattr(other, name)) for name in _LARGEST}
+    values: dict[str, Any] = {}
+    for name in _ADDED:
+        values[name] = getattr(one, name) + getattr(other, name)
+    for name in _LARGEST:
+        values[name] = max(getattr(one, name), getattr(other, name))
     first = one if one.lost else other
     flags = one.validity_flags | other.validity_flags
-    return Portion(**added, **largest, validity_flags=flags, ending=first.ending, outcome=first.outcome)
+    return Portion(**values, validity_flags=flags, ending=first.ending, outcome=first.outcome)
 
 
 @dataclass(frozen=True, slots=True)

@@ -197,14 +197,17 @@ def predict_flags(case: Case, displacement: float = 0.0) -> Flags:
     """
     half_width = min(guess_half_width(case), 0.5)
     rounding = 0.499 if case.pin == "flat_punch" else 1e-9
-    most = min(2 * math.floor(half_width / case.slab.spacing + rounding) + 1, case.slab.n_x)
+    spacings = half_width / case.slab.spacing
+    most = min(2 * math.floor(spacings + rounding) + 1, case.slab.n_x)
     if case.slab.scheme.planar:
-        most = min(math.floor(math.pi * (half_width / case.slab.spacing) ** 2) + 1, case.slab.nodes)
+        most = min(math.floor(math.pi * spacings**2) + 1, case.slab.nodes)
     fewest = min(_fewest_nodes(case, half_width, displacement), case.slab.nodes)
     ahead = 0.0 if case.slab.scheme.endless else displacement
     seen = _Seen(fewest, most, half_width, 0.5 - half_width - ahead, displacement)
     # A node of the edge enters or leaves each spacing, and all in all one for each node of the edge.
-    edge = 2.0 * math.pi * half_width / case.slab.spacing if case.slab.scheme.planar else 2.0
+    edge = 2.0
+    if case.slab.scheme.planar:
+        edge = 2.0 * math.pi * half_width / case.slab.spacing
     short = 0.0 < displacement * edge < BARELY * case.slab.spacing and case.effects.pin_translation
     return _judged(case, seen, half_width) or (Flag.short_record,) * short
 
@@ -219,7 +222,8 @@ def _fewest_nodes(case: Case, half_width: float, displacement: float) -> int:
         return math.floor(math.pi * (half_width / case.slab.spacing) ** 2) + 1
     reach = half_width / case.slab.spacing + (0.499 if case.pin == "flat_punch" else EDGE)
     if displacement < 0.5 * case.slab.spacing:
-        return max(math.floor(reach + case.start) + math.floor(reach - case.start) + 1, 1)
+        to_right, to_left = math.floor(reach + case.start), math.floor(reach - case.start)
+        return max(to_right + to_left + 1, 1)
     return max(math.floor(2.0 * reach), 1)
 
 
@@ -242,14 +246,17 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     if not start.outcome.ok or (not record.outcome.ok and not record.node.size):
         return ()
     first = int(start.contact.sum())
-    fewest, most = (int(extreme(initial=first)) for extreme in (record.contact_size.min, record.contact_size.max))
+    fewest = int(record.contact_size.min(initial=first))
+    most = int(record.contact_size.max(initial=first))
     nodes = (start.contact | end.contact).nonzero()[0]
     if not case.slab.scheme.endless:
-        nodes = np.concatenate((nodes, record.node_slips.nonzero()[0], record.node))
+        slipped = record.node_slips.nonzero()[0]
+        nodes = np.concatenate((nodes, slipped, record.node))
     travel = abs(record.final_displacement - start.displacement)
     half_width = contact_half_width(start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
-    same = not (record.touches.any() or record.releases.any()) and record.spacing < math.inf
+    has_changed = record.touches.any() or record.releases.any()
+    same = not has_changed and record.spacing < math.inf
     short = same and RUN_IN < record.presliding_lengths < math.inf
     doubts = _judged(case, seen, guess_half_width(case))
     return doubts or (Flag.short_record,) * short  # the others doubt more than its length
@@ -316,7 +323,9 @@ def _margin(case: Case, nodes: NDArray[Any]) -> float:
     """Distance from the edge of the contact of these nodes (at least one) to the nearer end of the surface."""
     last, rows = case.slab.n_x - 1, case.slab.rows
     places = divmod(nodes, rows) if rows > 1 else (nodes,)
-    between = min([min(int(each.min()), last - int(each.max())) for each in places])
+    first_in_contact = min(int(each.min()) for each in places)
+    last_in_contact = max(int(each.max()) for each in places)
+    between = min(first_in_contact, last - last_in_contact)
     return (between - 0.5) * case.slab.spacing
 
 
@@ -326,19 +335,30 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
     slope, missed = roughness_slopes(image, case.slab.spacing)
     narrowest = min(seen.half_width, expected)  # few nodes make a narrow contact seem wide
     several = FEWEST_NODES / 2 * case.slab.spacing  # of fewer nodes the one flag says enough
-    planar = case.slab.scheme.planar
+    scheme = case.slab.scheme
+    fewest = FEWEST_IN_PLANE if scheme.planar else FEWEST_NODES
+    place = _place(case, seen)
     pressed = case.normal_load > LARGEST_PRESSURE * half_width_area(case, narrowest)
     strained = pressed or case.slip_rule.strength > LARGEST_PRESSURE
-    found = (
-        Flag.few_nodes if seen.fewest < (FEWEST_IN_PLANE if planar else FEWEST_NODES) else None,
-        _place(case, seen),
-        Flag.beyond_contact if seen.travel > seen.half_width and not case.slab.scheme.endless else None,
-        Flag.large_strain if strained else None,
-        None if case.slab.scheme.resolves(case.slab, max(narrowest, several)) else Flag.unresolved_slab,
-        Flag.unresolved_roughness if missed > MISSED * slope and slope > FELT * narrowest / case.radius else None,
-        Flag.short_profile if any(0.0 < np.ptp(each) < 2.0 * narrowest for each in (image.xi, image.y)) else None,
-    )
-    return tuple([flag for flag in found if flag])
+    # The slope of the pin itself, at the contact's edge, is half-width over radius.
+    is_felt = slope > FELT * narrowest / case.radius
+    lengths = (np.ptp(image.xi), np.ptp(image.y))
+    found: list[Flag] = []
+    if seen.fewest < fewest:
+        found.append(Flag.few_nodes)
+    if place is not None:
+        found.append(place)
+    if seen.travel > seen.half_width and not scheme.endless:
+        found.append(Flag.beyond_contact)
+    if strained:
+        found.append(Flag.large_strain)
+    if not scheme.resolves(case.slab, max(narrowest, several)):
+        found.append(Flag.unresolved_slab)
+    if missed > MISSED * slope and is_felt:
+        found.append(Flag.unresolved_roughness)
+    if any(0.0 < length < 2.0 * narrowest for length in lengths):
+        found.append(Flag.short_profile)
+    return tuple(found)
 
 
 def _place(case: Case, seen: _Seen) -> Flag | None:
@@ -368,15 +388,16 @@ def lawfulness(
         return COMPLETED
     limit = limit_over_pressure(case, end.pressure, end.first_node)
     mean_shear = 0.5 * (1.0 + case.slip_rule.residual_shear) * limit
-    steep = (np.abs(make_pin(case).slope(xi)) > mean_shear)[end.contact].any()
-    return DOWNHILL if steep else energy_created(case)
+    is_steep = np.abs(make_pin(case).slope(xi)) > mean_shear
+    return DOWNHILL if is_steep[end.contact].any() else energy_created(case)
 
 
 def _creates_energy(
     case: Case, start: ContactState, record: FrictionRecord, end: ContactState, load_work: float
 ) -> bool:
     """True if events created more energy than the rounding error of load times displacement in each event."""
-    created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
+    created = -np.minimum(record.dissipated, 0.0).sum()
+    lost = np.maximum(record.dissipated, 0.0).sum()
     moved = np.concatenate(([start.displacement], record.displacement))
     steps = np.abs(moved[1:] - moved[:-1])
     before = np.concatenate(([record.initial_force], record.force_after))[:-1]

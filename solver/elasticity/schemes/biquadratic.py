@@ -71,27 +71,23 @@ class Biquadratic(GridScheme):
 def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
     """Stiffness of the slab by the paper's scheme: not symmetric, not conservative, exact for linear fields."""
     dilation = lame(poisson)
-    parts = [_face_integrals(grid, row, column) for row in range(grid.rows) for column in _column_classes(grid, row)]
-    rows = np.concatenate([part.rows for part in parts])
-    columns = np.concatenate([part.columns for part in parts])
+    parts: list[_FaceIntegrals] = []
+    for row in range(grid.rows):
+        parts += [_face_integrals(grid, row, columns) for columns in _column_classes(grid, row)]
+    places = (np.concatenate([part.rows for part in parts]), np.concatenate([part.columns for part in parts]))
 
     def block(weights: list[Floats]) -> scipy.sparse.csr_array:
-        return scipy.sparse.csr_array((np.concatenate(weights), (rows, columns)), shape=(grid.nodes, grid.nodes))
+        return scipy.sparse.csr_array((np.concatenate(weights), places), shape=(grid.nodes, grid.nodes))
 
     # Tractions on the sides: σ_xx = (λ+2) u_x + λ w_z and σ_xz = u_z + w_x; on the ends: σ_xz and
     # σ_zz = (λ+2) w_z + λ u_x. k_u and c_uw collect the forces along x, c_wu and k_w those along z.
     # An external nodal force balances the forces of the neighbours, hence the minus signs.
-    return Stiffness(
-        grid=grid,
-        matrix=assemble_blocks(
-            k_u=block([-(dilation + 2) * p.dx_on_sides - p.dz_on_ends for p in parts]),
-            c_uw=block([-dilation * p.dz_on_sides - p.dx_on_ends for p in parts]),
-            c_wu=block([-dilation * p.dx_on_ends - p.dz_on_sides for p in parts]),
-            k_w=block([-(dilation + 2) * p.dz_on_ends - p.dx_on_sides for p in parts]),
-        ),
-        fixed=support_mask(grid, support),
-        symmetric=False,
-    )
+    k_u = block([-(dilation + 2) * p.dx_on_sides - p.dz_on_ends for p in parts])
+    c_uw = block([-dilation * p.dz_on_sides - p.dx_on_ends for p in parts])
+    c_wu = block([-dilation * p.dx_on_ends - p.dz_on_sides for p in parts])
+    k_w = block([-(dilation + 2) * p.dz_on_ends - p.dx_on_sides for p in parts])
+    matrix = assemble_blocks(k_u=k_u, c_uw=c_uw, c_wu=c_wu, k_w=k_w)
+    return Stiffness(grid=grid, matrix=matrix, fixed=support_mask(grid, support), symmetric=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +108,9 @@ class _FaceIntegrals:
 def _column_classes(grid: Grid, row: int) -> Iterator[NDArray[np.int64]]:
     """The columns of a row in classes with the same stencil: left end, right end, inner even and inner odd columns."""
     last = int(grid.counts[row]) - 1
-    yield from (np.array([0]), np.array([last]), np.arange(1, last, 2))
+    yield np.array([0])
+    yield np.array([last])
+    yield np.arange(1, last, 2)
     if last > 2:
         yield np.arange(2, last, 2)
 
@@ -123,9 +121,15 @@ def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIn
     used_rows, gamma = across(grid, row)
     lower, upper = (z - float(grid.depths[row]) for z in grid.volume_z(row))
     half = grid.spacing(row) / 2
-    sides = [(s, s * half) for s in (-1.0, 1.0) if (s < 0 and column > 0) or (s > 0 and column < grid.counts[row] - 1)]
-    left, right = (-half if column > 0 else 0.0), (half if column < grid.counts[row] - 1 else 0.0)
-    ends = [(s, z) for s, z, inside in ((-1.0, lower, row < grid.rows - 1), (1.0, upper, row > 0)) if inside]
+    # A node on the boundary has no face on its outer side, and half of the volume. Faces with their normal's sign.
+    left = -half if column > 0 else 0.0
+    right = half if column < grid.counts[row] - 1 else 0.0
+    sides = [(sign, x) for sign, x in ((-1.0, left), (1.0, right)) if x]
+    ends: list[tuple[float, float]] = []
+    if row < grid.rows - 1:
+        ends.append((-1.0, lower))
+    if row > 0:
+        ends.append((1.0, upper))
 
     gamma_integral = integral(gamma, lower, upper)
     gamma_rise = value(gamma, upper) - value(gamma, lower)
@@ -136,25 +140,26 @@ def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIn
         alpha = lagrange(offsets)
         alpha_rise = value(alpha, right) - value(alpha, left)
         alpha_integral = integral(alpha, left, right)
-        # A node on the boundary has no face on its outer side.
         none = np.zeros(len(nodes))
         # A field Σ α(x) γ(z) (Eq. 8-10): on a side ∂/∂x integrates to α'(x) ∫γ dz and ∂/∂z to α(x) times the rise of γ,
         # on an end ∂/∂x to γ(z) times the rise of α and ∂/∂z to γ'(z) ∫α dx.
-        weights.append(
-            (
-                sum((s * value(slopes(alpha), x) for s, x in sides), none) * gamma_integral[q],
-                sum((s * value(alpha, x) for s, x in sides), none) * gamma_rise[q],
-                sum(s * value(gamma, z)[q] for s, z in ends) * alpha_rise,
-                sum(s * value(slopes(gamma), z)[q] for s, z in ends) * alpha_integral,
-            )
-        )
+        alpha_slopes = sum((s * value(slopes(alpha), x) for s, x in sides), none)
+        alphas = sum((s * value(alpha, x) for s, x in sides), none)
+        gammas = sum(s * value(gamma, z)[q] for s, z in ends)
+        gamma_slopes = sum(s * value(slopes(gamma), z)[q] for s, z in ends)
+        on_sides = (alpha_slopes * gamma_integral[q], alphas * gamma_rise[q])
+        on_ends = (gammas * alpha_rise, gamma_slopes * alpha_integral)
+        weights.append((*on_sides, *on_ends))
         # Along a class the stencil repeats, shifted by whole nodes of the other row, coarser or finer.
         stride = (int(grid.counts[other]) - 1) / (int(grid.counts[row]) - 1)
         shifts = np.rint((columns - column) * stride).astype(np.int64)
-        entries.append(grid.row_nodes(int(other))[0] + nodes[None, :] + shifts[:, None])
+        first = grid.row_nodes(int(other))[0]
+        entries.append(first + nodes[None, :] + shifts[:, None])
     columns_used = np.concatenate(entries, axis=1)
-    rows_used = np.broadcast_to((grid.row_nodes(row)[0] + columns)[:, None], columns_used.shape)
-    integrals = [np.tile(np.concatenate(weight), len(columns)) for weight in zip(*weights, strict=True)]
+    own = grid.row_nodes(row)[0] + columns
+    rows_used = np.broadcast_to(own[:, None], columns_used.shape)
+    stencils = [np.concatenate(weight) for weight in zip(*weights, strict=True)]
+    integrals = [np.tile(stencil, len(columns)) for stencil in stencils]
     return _FaceIntegrals(rows_used.ravel(), columns_used.ravel(), *integrals)
 
 
@@ -162,6 +167,9 @@ def _nearest(grid: Grid, row: int, column: int, other: int) -> tuple[NDArray[np.
     """Nodes of row `other` in the stencil of node (column, row), and their x relative to that node."""
     last, last_other = int(grid.counts[row]) - 1, int(grid.counts[other]) - 1
     scaled, remainder = divmod(column * last_other, last)
-    middle = int(np.clip(scaled, 1, last_other - 1))
-    nodes = scaled + np.array([0, 1]) if remainder else middle + np.array([-1, 0, 1])
+    if remainder:  # between two nodes of the other row
+        nodes = scaled + np.array([0, 1])
+    else:
+        middle = int(np.clip(scaled, 1, last_other - 1))
+        nodes = middle + np.array([-1, 0, 1])
     return nodes, [float(node / last_other - column / last) for node in nodes]

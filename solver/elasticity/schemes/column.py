@@ -53,15 +53,19 @@ def make_graded_hierarchy(
     rows_per_level: rows until the next has half the intervals; coarsest_row, bottom_row: nodes of these rows. Where the slab is
     too thin for all levels, the coarsest are left out.
     """
-    coarsest, bottom = (round(math.log2((n_x - 1) // (nodes - 1))) for nodes in (coarsest_row, bottom_row))
-    fitting = (_Ends(n_x, rows_per_level, level, bottom) for level in range(coarsest, -1, -1))
-    ends = next(
-        ends for ends in fitting if not ends.coarsest or ends.remaining_height(aspect_ratio) >= ends.spacing / 2
-    )
+    coarsest = round(math.log2((n_x - 1) // (coarsest_row - 1)))
+    bottom = round(math.log2((n_x - 1) // (bottom_row - 1)))
+    for level in range(coarsest, -1, -1):
+        ends = _Ends(n_x, rows_per_level, level, bottom)
+        if ends.remaining_height(aspect_ratio) >= ends.spacing / 2:
+            break
     head, tail = ends.head, ends.tail
     middle = _middle_depths(ends, aspect_ratio)
-    upper, lower = (np.concatenate(([0.0], np.cumsum(ends.thickness(rows)))) for rows in (head, tail[::-1]))
-    depths = np.concatenate((upper[:-1], middle, aspect_ratio - lower[::-1][1:]))
+    upper = np.cumsum(ends.thickness(head))
+    lower = np.cumsum(ends.thickness(tail[::-1]))
+    from_top = np.concatenate(([0.0], upper))[:-1]
+    from_bottom = np.concatenate(([0.0], lower))[:-1]
+    depths = np.concatenate((from_top, middle, aspect_ratio - from_bottom[::-1]))
     levels = np.concatenate((head, np.full(len(middle), ends.coarsest), tail))
     return Grid(counts=(n_x - 1) // 2**levels + 1, depths=-depths)
 
@@ -173,8 +177,10 @@ def lengthening(slab: Slab) -> Dense:
     long, short = slab.aspect_ratio, trunk(slab).aspect_ratio
     if slab.support == "right_side":
         return np.diag([(long - short) / _modulus(slab), 0.0, 0.0])
-    foot, levers = _foot(trunk(slab)), [transfer_matrix(slab, height) for height in (long, short)]
-    more, less = (lever.T @ foot @ lever for lever in levers)
+    foot = _foot(trunk(slab))
+    long_lever, short_lever = transfer_matrix(slab, long), transfer_matrix(slab, short)
+    more = long_lever.T @ foot @ long_lever
+    less = short_lever.T @ foot @ short_lever
     return _bar(slab, long) - _bar(slab, short) + more - less
 
 
@@ -182,7 +188,9 @@ def transfer_matrix(slab: Slab, height: float) -> Dense:
     """[N; Q; M] of a section at a depth, per those at the surface, shape (3, 3). The shear force adds Q times the depth to M."""
     if slab.support == "right_side":
         return np.diag([1.0, 0.0, 0.0])
-    return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -height, 1.0]])
+    transfer = np.eye(3)
+    transfer[2, 1] = -height
+    return transfer
 
 
 def _bar(slab: Slab, height: float) -> Dense:
@@ -202,15 +210,20 @@ def _foot(slab: Slab) -> Dense:
     """
     k = stiffness(slab)
     question = blank(k)
-    question.f_x[: slab.n_x], question.f_z[: slab.n_x] = bar_forces(slab.n_x)[:, 2].reshape(2, -1)
+    bending = bar_forces(slab.n_x)[:, 2]
+    question.f_x[: slab.n_x], question.f_z[: slab.n_x] = bending.reshape(2, -1)
     found = solve_mixed(k, question)
     row = int(np.argmin(np.abs(k.grid.depths + slab.aspect_ratio / 2)))
-    nodes, above = k.grid.row_nodes(row), slab.aspect_ratio + float(k.grid.depths[row])
+    nodes = k.grid.row_nodes(row)
+    above = slab.aspect_ratio + float(k.grid.depths[row])
     curvature, squeezed = 12.0 / _modulus(slab), slab.poisson / (1.0 - slab.poisson)
     turned = float(found.w[nodes[-1]] - found.w[nodes[0]]) - curvature * above
     middle = float(found.u[nodes[len(nodes) // 2]])
     moved = middle + curvature * above**2 / 2 + turned * above - squeezed * curvature / 40
-    return np.array([[0.0, 0.0, 0.0], [0.0, 0.0, moved], [0.0, moved, turned]])
+    foot = np.zeros((3, 3))
+    foot[1, 2] = foot[2, 1] = moved
+    foot[2, 2] = turned
+    return foot
 
 
 def _modulus(slab: Slab) -> float:
@@ -220,7 +233,8 @@ def _modulus(slab: Slab) -> float:
 
 def _nodal(n_x: int, traction: Callable[[Dense], Dense]) -> Dense:
     """Nodal forces ∫traction·hat on the surface nodes, shape (n_x,), by two Gauss points an interval: exact for parabolas."""
-    x, spacing, force = np.linspace(-0.5, 0.5, n_x), 1.0 / (n_x - 1), np.zeros(n_x)
+    x, spacing = np.linspace(-0.5, 0.5, n_x), 1.0 / (n_x - 1)
+    force = np.zeros(n_x)
     for place in ((1 - 3**-0.5) / 2, (1 + 3**-0.5) / 2):
         part = traction(x[:-1] + place * spacing) * spacing / 2
         force[:-1] += part * (1 - place)

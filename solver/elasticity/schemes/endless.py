@@ -83,14 +83,17 @@ class Convolution(SurfaceConvolution):
         # Conjugate gradients need a preconditioner that is positive.
         inverse = 1.0 / np.abs(symbol)
         inverse[0] = inverse[1]  # the mean of a half-plane hangs on its datum, and may have any sign
-        x, z = (np.concatenate((half[:0:-1], half)) for half in (self.along_x, self.along_z))
+        x = np.concatenate((self.along_x[:0:-1], self.along_x))
+        z = np.concatenate((self.along_z[:0:-1], self.along_z))
         across = np.concatenate((-self.across[:0:-1], self.across))
         object.__setattr__(self, "by_distance", np.array([[x, across], [-across, z]]))
         object.__setattr__(self, "_symbol", symbol)
         object.__setattr__(self, "_inverse", inverse)
         # The odd u has another sign round the back, which begins behind n-1.
-        room = np.zeros(scipy.fft.next_fast_len(len(across), real=True) - len(across))
-        object.__setattr__(self, "_across", scipy.fft.rfft(np.concatenate((self.across, room, -self.across[:0:-1]))))
+        around = scipy.fft.next_fast_len(len(across), real=True)
+        room = np.zeros(around - len(across))
+        on_circle = np.concatenate((self.across, room, -self.across[:0:-1]))
+        object.__setattr__(self, "_across", scipy.fft.rfft(on_circle))
 
     @property
     def own_displacement(self) -> float:
@@ -105,17 +108,19 @@ class Convolution(SurfaceConvolution):
 
     def u(self, forces: Vector) -> Vector:
         around = scipy.fft.next_fast_len(2 * len(self.across) - 1, real=True)
-        return np.asarray(scipy.fft.irfft(self._across * scipy.fft.rfft(forces, around), around)[: len(forces)])
+        return _convolve_on_circle(self._across, forces, around)
 
     def window(self, nodes: Indices) -> Dense:
         n, k = len(self.along_x), len(nodes)
         near = self.by_distance[:, :, n - k : n + k - 1]
-        blocks = np.lib.stride_tricks.sliding_window_view(near, k, axis=-1)[..., ::-1]
-        return np.array(blocks.transpose(0, 2, 1, 3), order="C").reshape(2 * k, 2 * k)
+        blocks = np.lib.stride_tricks.sliding_window_view(near, k, axis=-1)
+        by_rows = blocks[..., ::-1].transpose(0, 2, 1, 3)
+        return np.array(by_rows, order="C").reshape(2 * k, 2 * k)
 
     def entries(self, rows: Indices, columns: Indices) -> Dense:
         n = len(self.along_x)
-        (moved, to), (pushed, at) = divmod(rows[:, None], n), divmod(columns, n)
+        moved, to = divmod(rows[:, None], n)
+        pushed, at = divmod(columns, n)
         return np.asarray(self.by_distance[moved, pushed, n - 1 + to - at])
 
     def displacements(self, forces: Dense) -> Dense:
@@ -132,8 +137,13 @@ class Convolution(SurfaceConvolution):
         return self._on_the_circle(self._inverse, w)
 
     def _on_the_circle(self, symbol: Vector, values: Vector) -> Vector:
-        around = 2 * (len(self.along_z) - 1)
-        return np.asarray(scipy.fft.irfft(symbol * scipy.fft.rfft(values, around), around)[: len(values)])
+        return _convolve_on_circle(symbol, values, 2 * (len(self.along_z) - 1))
+
+
+def _convolve_on_circle(symbol: NDArray[Any], values: Vector, around: int) -> Vector:
+    """Multiply the transform of values on a circle of `around` nodes by a symbol; returns the values' own nodes."""
+    transform = symbol * scipy.fft.rfft(values, around)
+    return np.asarray(scipy.fft.irfft(transform, around)[: len(values)])
 
 
 class EndlessScheme(Scheme):
@@ -168,9 +178,11 @@ def mean_log(distance: NDArray[Any]) -> Vector:
     z = distance[far]
     # The closed form is a small difference of terms that grow as z² ln z.
     # ln(z + s) = ln z + Σ ±(s/z)^m/m: odd powers vanish in the mean, that of an even s^m is 2/((m + 1)(m + 2)).
-    found[far] = (np.log(z) - sum(2 / (m * (m + 1) * (m + 2)) / z**m for m in range(2, 17, 2))).real
+    series = sum(2 / (m * (m + 1) * (m + 2)) / z**m for m in range(2, 17, 2))
+    found[far] = (np.log(z) - series).real
     z = distance[~far]
-    found[~far] = ((_square_log(z + 1) + _square_log(z - 1)) / 2 - _square_log(z)).real - 1.5
+    neighbours = (_square_log(z + 1) + _square_log(z - 1)) / 2
+    found[~far] = (neighbours - _square_log(z)).real - 1.5
     return found
 
 

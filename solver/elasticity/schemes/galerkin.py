@@ -113,9 +113,12 @@ def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
     strips = range(0, grid.rows - 1, 2)
     cells = [_cells(grid, strip) for strip in strips]
     fields = _prolongation(grid, cells)
-    blocks = [_element_blocks(grid, strip, 1.0 / width, poisson) for strip, width in zip(strips, cells, strict=True)]
-    k_u, k_w, c_uw = (fields.T @ _assemble_stiffness(cells, block) @ fields for block in zip(*blocks, strict=True))
-    return Stiffness(grid, assemble_blocks(k_u, c_uw, c_uw.T, k_w), support_mask(grid, support), symmetric=True)
+    widths = [1.0 / count for count in cells]
+    blocks = [_element_blocks(grid, strip, width, poisson) for strip, width in zip(strips, widths, strict=True)]
+    of_mesh = [_assemble_stiffness(cells, block) for block in zip(*blocks, strict=True)]
+    k_u, k_w, c_uw = (fields.T @ each @ fields for each in of_mesh)
+    matrix = assemble_blocks(k_u, c_uw, c_uw.T, k_w)
+    return Stiffness(grid, matrix, support_mask(grid, support), symmetric=True)
 
 
 def _cells(grid: Grid, strip: int) -> int:
@@ -128,7 +131,8 @@ def _cells(grid: Grid, strip: int) -> int:
 def _element_blocks(grid: Grid, strip: int, width: float, poisson: float) -> tuple[Dense, Dense, Dense]:
     """K_u, K_w and C_uw of an element of a strip, (9, 9) each; its nodes row by row from the top, left to right."""
     dilation = lame(poisson)
-    depths = tuple(float(depth) for depth in grid.depths[strip : strip + 3] - grid.depths[strip])
+    below_top = grid.depths[strip : strip + 3] - grid.depths[strip]
+    depths = tuple(below_top.tolist())
     places = (0.0, width / 2, width)
     mass_z, stiffness_z, mixed_z = _line_matrices(depths, depths[2], 0.0)
     mass_x, stiffness_x, mixed_x = _line_matrices(places, 0.0, width)
@@ -144,7 +148,8 @@ def _element_blocks(grid: Grid, strip: int, width: float, poisson: float) -> tup
 
 def _kronecker_product(z: Dense, x: Dense) -> Dense:
     """Z ⊗ X of matrices of three nodes, (9, 9); np.kron takes ten times as long for so few, a twentieth of a small compliance."""
-    return np.multiply.outer(z, x).transpose(0, 2, 1, 3).reshape(9, 9)
+    products = np.multiply.outer(z, x)
+    return products.transpose(0, 2, 1, 3).reshape(9, 9)
 
 
 @lru_cache(maxsize=64)  # strips of one level share their widths, and many their depths
@@ -152,19 +157,21 @@ def _line_matrices(points: tuple[float, ...], lower: float, upper: float) -> tup
     """∫p_i p_j, ∫p_i' p_j' and ∫p_i p_j' of the Lagrange polynomials through the points."""
     basis = lagrange(points)
     derivatives = slopes(basis)
-    return (
-        gram(basis, basis, lower, upper),
-        gram(derivatives, derivatives, lower, upper),
-        gram(basis, derivatives, lower, upper),
-    )
+    mass = gram(basis, basis, lower, upper)
+    stiffness = gram(derivatives, derivatives, lower, upper)
+    return mass, stiffness, gram(basis, derivatives, lower, upper)
 
 
 @lru_cache(maxsize=64)
 def _gauss_mass(points: tuple[float, ...], lower: float, upper: float) -> Dense:
     """∫p_i p_j of the Lagrange polynomials through the points, by Gauss' rule of two points."""
-    basis, half = lagrange(points), (upper - lower) / 2
-    at = [value(basis, (lower + upper) / 2 + side * half) for side in (-(3**-0.5), 3**-0.5)]
-    return half * sum((np.outer(values, values) for values in at), start=np.zeros((len(points), len(points))))
+    basis = lagrange(points)
+    half, middle = (upper - lower) / 2, (lower + upper) / 2
+    mass = np.zeros((len(points), len(points)))
+    for side in (-(3**-0.5), 3**-0.5):
+        values = value(basis, middle + side * half)
+        mass += np.outer(values, values)
+    return half * mass
 
 
 def _assemble_stiffness(cells: list[int], blocks: Iterable[Dense]) -> Sparse:
@@ -189,7 +196,8 @@ def _prolongation(grid: Grid, cells: list[int]) -> Sparse:
     for strip, count in enumerate(cells):
         for row in range(2 * strip, 2 * strip + 3):
             nodes, weights = _row_fields(int(grid.counts[row]), 2 * count, linear=row == 0)
-            rows.append(np.repeat(first + np.arange(2 * count + 1), weights.shape[1]))
+            mesh_nodes = first + np.arange(2 * count + 1)
+            rows.append(np.repeat(mesh_nodes, weights.shape[1]))
             columns.append(grid.row_nodes(row)[0] + nodes.ravel())
             values.append(weights.ravel())
             first += 2 * count + 1
@@ -209,5 +217,8 @@ def _row_fields(count: int, intervals: int, *, linear: bool) -> tuple[NDArray[np
     place = np.arange(intervals + 1) * elements / intervals
     element = np.minimum(place.astype(np.int64), elements - 1)
     t = place - element
-    weights = [1 - t, t] if linear else [(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)]
-    return order * element[:, None] + np.arange(order + 1), np.stack(weights, axis=1)
+    weights = [1 - t, t]
+    if not linear:
+        weights = [(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)]
+    nodes = order * element[:, None] + np.arange(order + 1)
+    return nodes, np.stack(weights, axis=1)

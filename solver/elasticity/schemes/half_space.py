@@ -39,12 +39,18 @@ def half_space(slab: Slab) -> Dense:
     corners: Dense = np.arange(2.0 * slab.n_x) - (slab.n_x - 0.5)
     x, y, nu = corners[:, None], corners, slab.poisson
     along_x, along_y = y * _log(x, y), x * _log(y, x)
-    across = (1.0 - 2.0 * nu) / 2.0 * (y * np.log(np.hypot(x, y)) + x * np.arctan(y / x))
+    coupling = y * np.log(np.hypot(x, y)) + x * np.arctan(y / x)
+    across = (1.0 - 2.0 * nu) / 2.0 * coupling
     # (1-ν)/r + ν x²/r³ = x²/r³ + (1-ν) y²/r³.
-    u, w = along_x + (1.0 - nu) * along_y, (1.0 - nu) * (along_x + along_y)
-    u, w, across = np.diff(np.diff([u, w, across], axis=-2), axis=-1) / (2.0 * np.pi)
+    u = along_x + (1.0 - nu) * along_y
+    w = (1.0 - nu) * (along_x + along_y)
+    # The integral over a square is the primitives' second difference over its corners.
+    between_columns = np.diff([u, w, across], axis=-2)
+    u, w, across = np.diff(between_columns, axis=-1) / (2.0 * np.pi)
     # Corners on both sides round differently; Cholesky's factor needs a symmetric matrix to the last bit.
-    u, w, across = even(even(u, 0), 1), even(even(w, 0), 1), odd(even(across, 1))
+    u = even(even(u, 0), 1)
+    w = even(even(w, 0), 1)
+    across = odd(even(across, 1))
     return np.array([[u, across], [-across, w]])
 
 
@@ -61,4 +67,6 @@ def odd(table: Dense) -> Dense:
 def _log(a: Dense, b: Dense) -> Dense:
     """ln(a + √(a² + b²)), without cancellation if a < 0."""
     size = np.log(np.abs(a) + np.hypot(a, b))
-    return np.asarray(np.where(a > 0.0, size, 2.0 * np.log(np.abs(b)) - size))
+    # (√(a² + b²) + a)(√(a² + b²) - a) = b².
+    mirrored = 2.0 * np.log(np.abs(b)) - size
+    return np.asarray(np.where(a > 0.0, size, mirrored))

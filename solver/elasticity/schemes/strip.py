@@ -43,7 +43,8 @@ class Strip(EndlessScheme):
         height, spacing, soft = slab.aspect_ratio, slab.spacing, 1.0 - slab.poisson
         nodes = min(slab.n_x, math.ceil(REACH * height / spacing) + 2)  # farther off the base holds all
         places = np.arange(nodes)
-        image = soft / math.pi * (mean_log(places + 2j * height / spacing) - mean_log(places + 0j))
+        below = mean_log(places + 2j * height / spacing)
+        image = soft / math.pi * (below - mean_log(places + 0j))
         waves, weights = gauss(height, (nodes + 1) * spacing)
         weights *= np.sinc(waves * spacing / (2.0 * math.pi)) ** 2 / (math.pi * waves)
         transforms = weights * remainders(waves * height, slab)
@@ -70,13 +71,16 @@ def remainders(xi: Vector, slab: Slab) -> Vector:
     if slab.support == "frictionless":
         under = (1.0 - q**2) / 2.0 + 2.0 * xi * q
         along_z = (1.0 - nu) * q * (q - 1.0) * ((1.0 - q) / 2.0 + 2.0 * xi) / under
-        return np.array([np.full_like(xi, np.nan), along_z, -2.0 * (1.0 - nu) * xi * q / under])
+        sideways = -2.0 * (1.0 - nu) * xi * q / under
+        return np.array([np.full_like(xi, np.nan), along_z, sideways])
     kappa = 3.0 - 4.0 * nu
     square = 4.0 * xi**2 + 1.0 + kappa**2
     under = (kappa * (1.0 + q**2) + square * q) / q
     common = kappa - square + (square - 2.0 * kappa) * q + kappa * q**2
-    along_x, along_z = ((1.0 - nu) * (common + sign * 4.0 * xi) / under for sign in (1.0, -1.0))
-    return np.array([along_x, along_z, -((kappa - 1.0) * (2.0 * kappa + square) / 4.0 + 2.0 * xi**2) / under])
+    along_x = (1.0 - nu) * (common + 4.0 * xi) / under
+    along_z = (1.0 - nu) * (common - 4.0 * xi) / under
+    coupling = (kappa - 1.0) * (2.0 * kappa + square) / 4.0 + 2.0 * xi**2
+    return np.array([along_x, along_z, -coupling / under])
 
 
 def gauss(height: float, farthest: float) -> tuple[Vector, Vector]:
@@ -84,7 +88,8 @@ def gauss(height: float, farthest: float) -> tuple[Vector, Vector]:
     panels = max(PANELS, math.ceil(LAST * farthest / height / TURN))
     places, weights = np.polynomial.legendre.leggauss(POINTS)
     width = LAST / height / panels
-    return ((np.arange(panels)[:, None] + (places + 1.0) / 2.0) * width).ravel(), np.tile(weights * width / 2.0, panels)
+    in_panels = np.arange(panels)[:, None] + (places + 1.0) / 2.0
+    return (in_panels * width).ravel(), np.tile(weights * width / 2.0, panels)
 
 
 AT_ONCE = 200_000
