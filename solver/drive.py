@@ -27,6 +27,8 @@ from nanoslip.solver.parameter import (
 )
 
 ProfileShape = Literal["sawtooth", "coarse", "linear", "mean"]
+StageMotion = Literal["triangle", "sine"]
+"""Motion of a stage that goes to and fro: at constant velocity, or harmonic."""
 
 MOST_SAMPLES = 10**7
 """Largest number of output times of a drive."""
@@ -58,6 +60,8 @@ FEWER_RESTS: Final = "the pin comes to rest many times on each tooth: raise step
 
 ANY_SIZE: Final[dict[str, Any]] = {"least": 1e-30, "most": 1e30}
 """Bounds of a number above 0 in any unit."""
+SINE_PIECES: Final = 64
+"""Pieces of constant velocity into which a quarter of a sine is cut: the energy of a cycle is right to 1e-4."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +112,7 @@ class Drive:
     surface_compliance: without, K → ∞: the pin rests or slides against F̃(x) (Eq. 16-19), x_R = x. Needs `exact`.
     reverse_motion: without, a run whose pin would slip back against -F̃ ends as `reversed`.
     memory: the pin is pulled over its contact, event by event, instead of Eq. 13-15 over the friction record.
+    stage_stroke: the stage starts in the middle of its way and goes to and fro, `stage_cycles` times from turn to turn and back.
     """
 
     spring_stiffness: float = parameter(
@@ -150,6 +155,25 @@ class Drive:
         most=MOST_WHOLE,
     )
     max_slips: int | None = parameter(None, meaning="macroscopic slips that end a drive", least=1, most=MOST_WHOLE)
+    stage_stroke: float | None = parameter(
+        None,
+        meaning="stroke of a stage that goes to and fro",
+        comment="end to end; it lasts stage_cycles, stage_velocity is its velocity or, of a sine, its largest; "
+        "`stroke` of [path] is that of the pin",
+        unit="m",
+        scale="length",
+        **ANY_SIZE,
+    )
+    stage_motion: StageMotion = parameter(
+        "triangle", meaning="motion of a stage that goes to and fro", comment="at constant velocity, or harmonic"
+    )
+    stage_cycles: int = parameter(
+        6,
+        meaning="cycles of a stage that goes to and fro",
+        comment="the first is left out of means",
+        least=2,
+        most=10**5,
+    )
 
     def __post_init__(self) -> None:
         validate(self)
@@ -164,6 +188,8 @@ class Drive:
             raise InvalidInput("surface_compliance", False, need)
         for key in other_than_a_contact(self) if self.memory else ():
             raise InvalidInput("memory", True, f"{key} = {quote_value(OVER_A_CONTACT[key])}", {key: getattr(self, key)})
+        if self.stage_stroke is not None:
+            _require_legs(self)
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
@@ -180,8 +206,37 @@ class Drive:
         duration_periods: duration in periods of the pin on its spring. stage_travel: duration by the stage's distance
         (m). Raises InvalidInput for values out of range, and for unknown names.
         """
+        refuse_without_stroke(parameters)
         in_si = cls.of({**si_defaults(), **convert_to_seconds(parameters, pin_mass)})
         return in_si.scaled(scales or Scales(), pin_mass, only_length(parameters))
+
+    @property
+    def stroke_duration(self) -> float:
+        """Time of the stage from one turn to the next, in the drive's unit; 0 without a stroke."""
+        if self.stage_stroke is None:
+            return 0.0
+        # The largest velocity of a sine is π/2 times its mean.
+        longer = math.pi / 2.0 if self.stage_motion == "sine" else 1.0
+        return longer * self.stage_stroke / self.stage_velocity
+
+    @property
+    def cycles_duration(self) -> float:
+        """Time of all cycles, and of the way from the middle to the first turn."""
+        return (0.5 + 2.0 * self.stage_cycles) * self.stroke_duration
+
+    @property
+    def output_times(self) -> int:
+        """Number of output times after the start: `samples`, or as many more as fall on every turn of the stage."""
+        if self.stage_stroke is None:
+            return self.samples
+        return (4 * self.stage_cycles + 1) * self.samples_to_middle
+
+    @property
+    def samples_to_middle(self) -> int:
+        """Output times between a turn of the stage and the middle of its way; of a sine they fall on its pieces, too."""
+        # A sixteenth of a leg is told apart.
+        least = max(math.ceil(self.samples / (4 * self.stage_cycles + 1)), 16)
+        return SINE_PIECES * math.ceil(least / SINE_PIECES) if self.stage_motion == "sine" else least
 
     @property
     def flat(self) -> dict[str, Any]:
@@ -210,6 +265,7 @@ _FROM_SI: Final[dict[str, Callable[[float, Scales, float], float]]] = {
     "stiffness": lambda value, scales, time: value / scales.stiffness,
     "velocity": lambda value, scales, time: value * time / scales.slab_width,
     "time": lambda value, scales, time: value / time,
+    "length": lambda value, scales, time: value / scales.slab_width,
 }
 """Scale of a parameter -> its value in the solver's units, from SI; time: their unit of time, in s."""
 
@@ -224,6 +280,26 @@ def _check_range(key: str, given: float, value: float, stated: Parameter, own: f
         bounds = dataclasses.replace(stated, least=least, most=most, note=note)
         require(key, given, False, partial(bounds.allowed, whole=False))
     return value
+
+
+TO_AND_FRO: Final[dict[str, Any]] = {
+    "duration": None,
+    "max_slips": None,
+    "integrator": "exact",
+    "surface_compliance": True,
+    "reverse_motion": True,
+}
+"""Settings of a drive whose stage goes to and fro: its cycles last as long as they do, and the pin turns with it."""
+
+
+def _require_legs(drive: Drive) -> None:
+    """Raise InvalidInput unless a stage that has a stroke goes to and fro, and the pin may follow it."""
+    require("stage_velocity", drive.stage_velocity, drive.stage_velocity > 0.0, "stage_velocity > 0 with stage_stroke")
+    for key, needed in TO_AND_FRO.items():
+        value = getattr(drive, key)
+        if str(value) != str(needed):
+            need = "to be left out" if needed is None else f"{key} = {quote_value(needed)}"
+            raise InvalidInput(key, str(value) if key == "integrator" else value, f"{need} beside stage_stroke")
 
 
 OVER_A_CONTACT: Final[dict[str, Any]] = {
@@ -259,6 +335,29 @@ AUTO: Final = "auto"
 """Word in campaigns for a drive that lasts until its numbers are determined."""
 DURATIONS: Final = ("duration", PERIODS, TRAVEL)
 """Keys that give the duration of a drive."""
+FREQUENCY: Final = "stage_frequency"
+"""Key that gives the velocity of a stage with a stroke by its cycles in a second."""
+
+
+def _velocity_of_cycles(parameters: Mapping[str, Any]) -> float:
+    """The velocity of a stage that goes to and fro with this frequency. Raises InvalidInput."""
+    frequency, velocity = parameters[FREQUENCY], parameters.get("stage_velocity")
+    if velocity is not None:
+        raise InvalidInput(FREQUENCY, frequency, f"to be left out beside stage_velocity = {quote_value(velocity)}")
+    way = 2.0 * as_float("stage_stroke", parameters["stage_stroke"])
+    longer = math.pi / 2.0 if parameters.get("stage_motion") == "sine" else 1.0
+    return longer * way * as_float(FREQUENCY, frequency)
+
+
+OF_A_STROKE: Final = ("stage_stroke", "stage_motion", "stage_cycles")
+"""Parameters of a stage that goes to and fro."""
+
+
+def refuse_without_stroke(parameters: Mapping[str, Any]) -> None:
+    """Raise InvalidInput for parameters that only a stage with a stroke has."""
+    for key in (FREQUENCY, *OF_A_STROKE[1:]):
+        if parameters.get(key) is not None and parameters.get("stage_stroke") is None:
+            raise InvalidInput(key, parameters[key], "stage_stroke beside it")
 
 
 def natural_period(spring_stiffness: float, pin_mass: float) -> float:
@@ -272,6 +371,11 @@ def only_length(parameters: Mapping[str, Any]) -> tuple[str, Any] | None:
     given = [(name, parameters[name]) for name in DURATIONS if parameters.get(name) is not None]
     for other, value in given[1:]:
         require(other, value, False, f"to be left out beside {given[0][0]} = {quote_value(given[0][1])}")
+    stroke = parameters.get("stage_stroke")
+    if given and given[0][1] != AUTO and stroke is not None:
+        require(
+            *given[0], False, f"to be left out beside stage_stroke = {quote_value(stroke)}: stage_cycles end the drive"
+        )
     return given[0] if given else None
 
 
@@ -281,7 +385,9 @@ def convert_to_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[s
     pin_mass: in kg. Raises InvalidInput if two are given, for a stage that never gets as far, and for values out of range.
     """
     key, given = only_length(parameters) or ("duration", None)
-    found = {name: value for name, value in parameters.items() if name not in (PERIODS, TRAVEL)}
+    found = {name: value for name, value in parameters.items() if name not in (PERIODS, TRAVEL, FREQUENCY)}
+    if parameters.get(FREQUENCY) is not None and parameters.get("stage_stroke") is not None:
+        found["stage_velocity"] = _velocity_of_cycles(parameters)
     if key == "duration":
         return {name: None if name == "duration" and value == AUTO else value for name, value in found.items()}
     value = as_float(key, given)

@@ -7,7 +7,7 @@ from typing import Any, Final, Generic, TypeVar
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import estimate_half_width
-from nanoslip.solver.drive import OVER_A_CONTACT, Drive, other_than_a_contact
+from nanoslip.solver.drive import OVER_A_CONTACT, TO_AND_FRO, Drive, other_than_a_contact
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.slab import Slab
 
@@ -25,11 +25,16 @@ class Effect(Generic[Scene]):
     """Setting of a campaign that leaves it out."""
 
 
+def _is_fixed(drive: Drive, key: str) -> bool:
+    """True for a setting that a drive over a contact, or to and fro, cannot do without."""
+    return (drive.memory and key in OVER_A_CONTACT) or (drive.stage_stroke is not None and key in TO_AND_FRO)
+
+
 def _of_drive(key: str, off: Any, setting: str, name: str = "") -> Effect[Drive]:
     """A field of a drive that has a value without the effect; with memory there are no other teeth of a record."""
     return Effect(
         name or key,
-        lambda drive: getattr(drive, key) != off and not (drive.memory and key in OVER_A_CONTACT),
+        lambda drive: getattr(drive, key) != off and not _is_fixed(drive, key),
         lambda drive: replace(drive, **{key: off}),
         setting,
     )
@@ -55,7 +60,9 @@ OF_DRIVES: Final[tuple[Effect[Drive], ...]] = (
     FINE_TEETH,
     replace(
         _of_drive("surface_compliance", False, "surface_compliance = false"),
-        there=lambda drive: drive.surface_compliance and drive.integrator.rests and not drive.memory,
+        there=lambda drive: (
+            drive.surface_compliance and drive.integrator.rests and not _is_fixed(drive, "surface_compliance")
+        ),
     ),
     _of_drive("reverse_motion", False, "reverse_motion = false"),
     _of_drive("damping_ratio", 0.0, "damping_ratio = 0", "damping"),

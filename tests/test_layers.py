@@ -27,8 +27,9 @@ ORDER = {
     "nanoslip.solver.sliding": "kernels record plateau validity way full_contact constant_pressures coulomb_friction slide"
     " path statistics interface slider power_law sizes",
     "nanoslip.solver.sliding.kernels": "constant_pressures cycle",
-    "nanoslip.solver.dynamics": "friction_limit kernels result coefficients stick_slip regime integrators duration critical",
-    "nanoslip.solver.dynamics.kernels": "motion steps",
+    "nanoslip.solver.dynamics": "friction_limit kernels result coefficients stick_slip regime integrators duration"
+    " critical to_and_fro",
+    "nanoslip.solver.dynamics.kernels": "motion steps runge_kutta",
     "nanoslip.solver.driven": "kernels contact_drive",
     "nanoslip.solver.driven.kernels": "drive",
     "nanoslip.study": "shipped toml_text exit_codes notices memory canonical provenance processor origin "

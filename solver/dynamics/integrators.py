@@ -22,8 +22,9 @@ from nanoslip.solver.drive import (
     settling_time,
 )
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit
-from nanoslip.solver.dynamics.kernels.motion import Course, Motion, ToothTable
-from nanoslip.solver.dynamics.kernels.steps import integrate_by_steps, integrate_exactly, integrate_rigidly
+from nanoslip.solver.dynamics.kernels.motion import Course, Motion, PinState, ToothTable
+from nanoslip.solver.dynamics.kernels.runge_kutta import integrate_by_steps
+from nanoslip.solver.dynamics.kernels.steps import integrate_exactly, integrate_rigidly
 from nanoslip.solver.dynamics.result import BINS, DynamicsResult
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, parameter, require, validate
@@ -158,6 +159,11 @@ def end_of_reversed_run(run: Course, motion: Motion) -> Outcome:
 # Eq. 16-19.
 
 
+AT_REST: Final = PinState(0.0, 0.0, 0.0, 0.0)
+ONE_WAY: Final = np.empty((0, 3))
+"""Further pieces of the way of a stage that keeps its velocity: none."""
+
+
 @INTEGRATORS.register
 @dataclass(frozen=True, slots=True)
 class Exact(Method):
@@ -171,7 +177,8 @@ class Exact(Method):
     def run(self, teeth: ToothTable, motion: Motion, drive: Drive) -> tuple[Course, Outcome]:
         one_way = None if drive.reverse_motion else True
         if drive.surface_compliance:
-            run = integrate_exactly(teeth, motion, drive.samples, BINS, drive.step_limit, one_way, True)
+            counts = (drive.samples, BINS, drive.step_limit)
+            run = integrate_exactly(teeth, motion, *counts, one_way, AT_REST, ONE_WAY, True)
         else:
             run = integrate_rigidly(teeth, motion, drive.samples, BINS, drive.step_limit, one_way)
         tooth = float(np.diff(teeth.edges[teeth.periodic_from :]).mean())
@@ -272,40 +279,24 @@ def integrate(
     """
     if not 0.0 < surface_stiffness < math.inf:
         raise InvalidInput("surface_stiffness", surface_stiffness, "surface_stiffness > 0")
-    k, stage = drive.spring_stiffness, drive.stage_velocity
-    damping = 2.0 * drive.damping_ratio * math.sqrt(k)
-    # A tooth that falls is highest at its left edge.
-    rises = np.maximum(friction_limit.slope, 0.0) * np.diff(friction_limit.edges)
-    peak, way = float((friction_limit.force + rises).max()), float(friction_limit.edges[-1])
+    peak, way = peak_force(friction_limit), float(friction_limit.edges[-1])
     duration = drive.duration or estimate_duration(drive, peak, friction_limit.steady_force, surface_stiffness, way)
-    compliant = drive.surface_compliance
-    # Without surface compliance the steepest tooth is what sets the fastest motion.
-    stiffest = surface_stiffness if compliant else float(np.abs(friction_limit.slope).max())
-    motion = Motion(
-        spring=k,
-        damping=damping,
-        stage=stage,
-        surface_stiffness=surface_stiffness if compliant else math.inf,
-        stick_velocity=k * stage / (k + surface_stiffness),
-        presliding=friction_limit.steady_force / surface_stiffness,
-        duration=duration,
-        instant=1e-8 / (math.sqrt(k + stiffest) + damping),
-        most_slips=drive.max_slips or MOST_WHOLE,
-        recorded=duration,
-    )
+    motion = make_motion(friction_limit, drive, surface_stiffness, duration)
     run, outcome = _run(friction_limit, motion, drive, pulled)
     if outcome.ok and run.reached < motion.duration:  # by its slips: the same once more, spread over the time it took
         motion = motion._replace(recorded=run.reached)
         run, outcome = _run(friction_limit, motion, drive, pulled)
     time = motion.recorded * (np.arange(drive.samples + 1) / drive.samples)
     position, velocity, friction_force = run.samples.T.copy()
+    stage = drive.stage_velocity * time
     slip_time, slip_position, slip_force, restick_time, restick_position = run.slips.T.copy()
     spring_range = run.largest_spring_force - run.least_spring_force
     return DynamicsResult(
         time=time,
         position=position,
+        stage=stage,
         velocity=velocity,
-        spring_force=k * (stage * time - position),
+        spring_force=drive.spring_stiffness * (stage - position),
         friction_force=friction_force,
         slip_time=slip_time,
         slip_position=slip_position,
@@ -323,6 +314,36 @@ def integrate(
         end_time=float(time[-1]),
         spring_force_range=spring_range if math.isfinite(spring_range) else math.nan,
         outcome=outcome,
+    )
+
+
+def peak_force(friction_limit: FrictionLimit) -> float:
+    """The largest friction force of a limit, in G·L_x·L_y."""
+    # A tooth that falls is highest at its left edge.
+    rises = np.maximum(friction_limit.slope, 0.0) * np.diff(friction_limit.edges)
+    return float((friction_limit.force + rises).max())
+
+
+def make_motion(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: float, duration: float) -> Motion:
+    """The motion of a drive over a limit. surface_stiffness: K in G·L_y."""
+    k, compliant = drive.spring_stiffness, drive.surface_compliance
+    damping = 2.0 * drive.damping_ratio * math.sqrt(k)
+    presliding = friction_limit.steady_force / surface_stiffness
+    # Without surface compliance the steepest tooth is what sets the fastest motion.
+    stiffest = surface_stiffness if compliant else float(np.abs(friction_limit.slope).max())
+    return Motion(
+        spring=k,
+        damping=damping,
+        stage=drive.stage_velocity,
+        surface_stiffness=surface_stiffness if compliant else math.inf,
+        stick_velocity=k * drive.stage_velocity / (k + surface_stiffness),
+        presliding=presliding,
+        duration=duration,
+        instant=1e-8 / (math.sqrt(k + stiffest) + damping),
+        most_slips=drive.max_slips or MOST_WHOLE,
+        recorded=duration,
+        stretched=presliding,
+        stage_start=0.0,
     )
 
 

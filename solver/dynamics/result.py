@@ -1,15 +1,16 @@
-"""Result of a drive: trajectory at evenly spaced times, and slips found by the integrator."""
+"""Result of a drive: trajectory, slips found by the integrator, and loops and legs of a stage that goes to and fro."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import ENERGY, OVER_LOAD, quantity
+from nanoslip.solver.parameter import ENERGY, OVER_LOAD, Quantity, quantity
 from nanoslip.solver.view import Curve, OneLine, Picture, describe_outcome
 
 BINS: Final = 256
@@ -32,7 +33,7 @@ class DynamicsResult(OneLine):
 
     A slip is uninterrupted motion faster than `stick_velocity`, the velocity of a stuck pin; it is macroscopic if longer than
     `presliding_length` and not within that length of the start. Beyond the end of a failed run numbers are NaN. Only the first
-    five arrays depend on the number of samples.
+    six arrays depend on the number of samples.
     """
 
     time: Floats = quantity(
@@ -41,12 +42,14 @@ class DynamicsResult(OneLine):
     """(n + 1,) evenly spaced times from 0 to the end of the drive."""
     position: Floats = sample_column("position of the pin", "position", "m", per="length", symbol="x")
     """(n + 1,) x."""
+    stage: Floats = sample_column("position of the stage", "stage", "m", per="length")
+    """(n + 1,) Vt; of a stage that goes to and fro, from the middle of its way."""
     velocity: Floats = sample_column("velocity of the pin", "velocity", "m s-1", per="velocity")
     """(n + 1,) dx/dt."""
     spring_force: Floats = sample_column(
         "spring force over load", "spring_force", per="normal_load", symbol="k(Vt - x)/W"
     )
-    """(n + 1,) k(Vt - x)."""
+    """(n + 1,) k times stage less pin, k(Vt - x)."""
     friction_force: Floats = sample_column(
         "friction force over load", "friction", **OVER_LOAD, comment="on the pin, Eq. 13"
     )
@@ -125,3 +128,112 @@ def ending_parameter(result: DynamicsResult, drive: Drive) -> str:
     if drive.max_slips is not None and ended >= drive.max_slips:
         return "max_slips"
     return "step_limit" if drive.duration is None and 2 * result.steps > drive.step_limit else "duration"
+
+
+# A drive whose stage goes to and fro. A leg is the way of the stage from one turn to the next: the first one begins in the
+# middle, and two more are one cycle.
+
+LegWord = Literal["partial_slip", "micro_slip", "slides", "stick_slip"]
+LEG_WORDS: Final[Mapping[LegWord, str]] = {
+    "partial_slip": "the pin slides by less than presliding_length, or not at all",
+    "micro_slip": "it follows the stage in slips shorter than that",
+    "slides": "it slides once",
+    "stick_slip": "it slides and sticks again and again",
+}
+"""Word of a leg -> its meaning."""
+_MEANINGS: Final = "; ".join(f"{word}: {meaning}" for word, meaning in LEG_WORDS.items())
+
+
+def _energy(meaning: str, comment: str) -> Any:
+    """Declare an energy of a cycle."""
+    return quantity(meaning, ensemble=True, comment=f"{comment}; mean over all cycles but the first", **ENERGY)
+
+
+def _length(meaning: str, comment: str) -> Any:
+    """Declare a length of a stroke."""
+    si = Quantity("", meaning, "m", "length")
+    return quantity(meaning, ensemble=True, comment=comment, si=si, measure="L_x")
+
+
+@dataclass(frozen=True, slots=True)
+class StageLoops:
+    """Numbers of the cycles of a stage but for the first; energies in G·L_x²·L_y, forces over W, lengths in L_x."""
+
+    loop_energy: float = _energy("area of the loop of spring force", "over the place of the stage")
+    stage_energy: float = _energy("work of the stage in a cycle", "through spring and damper")
+    contact_energy: float = _energy("energy lost in the contact in a cycle", "work of the pin against friction")
+    damper_energy: float = _energy(
+        "energy lost in the damper in a cycle",
+        "work of the stage less that against friction and what pin and spring store",
+    )
+    midstroke_friction: float = quantity(
+        "friction at mid-stroke over load",
+        ensemble=True,
+        per="normal_load",
+        symbol="F/W",
+        comment="mean over the middle eighth of the time of a leg; NaN if the pin does not slide by then: "
+        "sliding_stroke is needed",
+    )
+    turn_static_friction: float = quantity(
+        "static friction after a turn",
+        ensemble=True,
+        per="normal_load",
+        symbol="μ_s",
+        comment="force of spring and damper in the first macroscopic slip of a leg, mean over the legs that have one",
+    )
+    friction_offset: float = quantity(
+        "mean friction force of a cycle over load", ensemble=True, per="normal_load", comment="0 of a symmetric loop"
+    )
+    pin_stroke: float = _length("stroke of the pin", "end to end, mean over legs")
+    sliding_stroke: float = _length(
+        "stroke of the stage from which on the pin slides at mid-stroke",
+        "4F(1/k + 1/K), with the friction force F of the plateau",
+    )
+    stage_closure: float = quantity(
+        "gap of the spring force between the last two cycles",
+        ensemble=True,
+        per="normal_load",
+        comment="the largest one over load, at one place of the stage; 0 of a loop that closes",
+    )
+    turn_delay: float = quantity(
+        "delay of the pin's turn", ensemble=True, comment="after that of the stage, as a share of a leg's time"
+    )
+    leg_regime: LegWord = quantity("motion of the pin on most legs", comment=_MEANINGS, words=tuple(get_args(LegWord)))
+
+
+def stage_column(meaning: str, name: str, units: str = "1", **more: Any) -> Any:
+    """Declare a column over the legs of a stage. name: the part after `stage_leg_`."""
+    return quantity(meaning, f"stage_leg_{name}", units, along="stage_leg", **more)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StageLegs:
+    """Numbers of each leg of a stage, (legs,), the first of which begins in the middle; forces against its direction."""
+
+    direction: NDArray[np.int8] = stage_column("direction of the leg", "direction", dtype=np.int8)
+    begin: Floats = stage_column("time at its begin", "begin", "s", per="time")
+    static_force: Floats = stage_column(
+        "static friction after the turn",
+        "static_friction",
+        per="normal_load",
+        symbol="μ_s",
+        comment="NaN without macroscopic slip, and beyond twice the contact's largest force, which is inertia",
+    )
+    middle_force: Floats = stage_column(
+        "friction at mid-stroke over load", "midstroke_friction", per="normal_load", symbol="F/W"
+    )
+    spring_work: Floats = stage_column("area under the spring force", "loop_energy", **ENERGY)
+    stage_work: Floats = stage_column("work of the stage", "stage_energy", **ENERGY)
+    friction_work: Floats = stage_column("work against friction", "contact_energy", **ENERGY)
+    stored: Floats = stage_column("energy that spring and pin gain", "stored_energy", **ENERGY)
+    slips: NDArray[np.int64] = stage_column("macroscopic slips", "slips", dtype=np.int64)
+    regime: NDArray[np.int8] = stage_column(
+        "motion of the pin", "regime", "", codes=tuple(get_args(LegWord)), dtype=np.int8, comment=_MEANINGS
+    )
+
+
+def no_legs() -> StageLegs:
+    """The columns of a drive in one direction."""
+    floats, counts = np.empty(0), np.empty(0, np.int64)
+    codes = np.empty(0, np.int8)
+    return StageLegs(codes, floats, floats, floats, floats, floats, floats, floats, counts, codes)

@@ -96,6 +96,8 @@ OBSERVED: Final = (
     ("plateau_mean", "intrinsic_friction"),
     ("static_friction", "intrinsic_friction"),
     ("kinetic_friction", "intrinsic_friction"),
+    ("loop_energy", ""),
+    ("midstroke_friction", "intrinsic_friction"),
     ("mean_step", ""),
     ("contact_half_width", ""),
 )

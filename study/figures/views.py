@@ -326,6 +326,43 @@ DRIVES: Final = RunFamily(
 )
 
 
+# Views of stages that go to and fro: loops of spring force over the place of the stage, and of the pin.
+
+
+def stage_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
+    """Place of the stage and of the pin (m), and spring force over load, along the last two cycles."""
+    pulled = Accessor(dataset).trajectory(**run.selection)
+    whole = {name: pulled[f"sample_{name}"].values for name in ("stage", "position", "spring_force")}
+    # A quarter of a cycle, then whole ones.
+    cycles = pulled.sizes["stage_leg"] // 2
+    begin = len(whole["stage"]) - 1 - 8 * (len(whole["stage"]) - 1) // (4 * cycles + 1) if cycles > 1 else 0
+    return {name: values[begin:] for name, values in whole.items()}
+
+
+def draw_stages(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
+    """Spring force over the stage as a line, over the pin as a thin one."""
+    axes.plot(1e3 * table["stage"], table["spring_force"], **style)
+    axes.plot(1e3 * table["position"], table["spring_force"], color=style["color"], linewidth=0.4)
+
+
+STAGES: Final = RunFamily(
+    "stages",
+    "Loops of the stage",
+    "trajectory",
+    "Spring force over load against the place of the stage, and against that of the pin (thin), along the last two cycles",
+    stage_columns,
+    draw_stages,
+    {"xlabel": "place (mm)", "ylabel": "spring force over load"},
+    RunNeed("loop_energy", -math.inf, "their stage keeps its direction, or they failed"),
+)
+
+
+def draw_stage_loops(dataset: xr.Dataset) -> Iterator[View | str]:
+    """Loops of the drives whose stage goes to and fro, if there are any."""
+    if STAGES.need is not None and STAGES.need.variable in dataset:
+        yield from draw_runs(dataset, STAGES)
+
+
 # Views of events: how the sizes of the events of each case are distributed.
 
 FITTED: Final = ("exponent", "exponent_uncertainty", "goodness")
@@ -547,6 +584,7 @@ def _mindlin(dataset: xr.Dataset) -> NDArray[np.float64]:
 FAMILIES: Final = (CONTACT_VIEWS, DRIVES, SIZE_VIEWS, INTERIORS, RECORDS, LOOPS, CYCLE_VIEWS)
 SORTS: Final = {
     "answer": Sort("answer", "Answer", draw_answers),
+    STAGES.name: Sort(STAGES.name, STAGES.title, draw_stage_loops),
     **{each.name: Sort(each.name, each.title, partial(draw_runs, family=each)) for each in FAMILIES},
 }
 """Every sort by name, in the order of a page."""

@@ -11,6 +11,7 @@ from typing import Any, Final, Literal, Self, get_args
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.drive import (
     ANY_SIZE,
+    FREQUENCY,
     PERIODS,
     TRAVEL,
     Drive,
@@ -81,6 +82,14 @@ class NamedDrive:
     """Duration in units of 2π√(m/k), if it was given so; `in_si` has it in s."""
     stage_travel: float | None = parameter(None, meaning="distance that the stage moves", unit="m", **ANY_SIZE)
     """Stage travel, if the duration was given by it; `in_si` has the duration in s."""
+    stage_frequency: float | None = parameter(
+        None,
+        meaning="cycles of a stage that goes to and fro, per second",
+        comment="in place of stage_velocity",
+        unit="s-1",
+        **ANY_SIZE,
+    )
+    """Frequency, if the velocity of a stage with a stroke was given by it; `in_si` has the velocity."""
     in_si: Drive = field(default_factory=lambda: Drive.of(si_defaults()))
     """The drive with its values in SI. The ranges of its parameters are the same as in the solver's units."""
 
@@ -95,14 +104,18 @@ class NamedDrive:
         own = {key: entries.pop(key) for key in declared(cls) if key in entries}
         checked = cls(name, **own)
         length = {PERIODS: checked.duration_periods, TRAVEL: checked.stage_travel}
-        entries = convert_to_seconds({**entries, **length}, checked.pin_mass)
+        frequency = {FREQUENCY: checked.stage_frequency}
+        entries = convert_to_seconds({**entries, **length, **frequency}, checked.pin_mass)
         return cls(name, **own, in_si=Drive.of({**si_defaults(), **entries}))
 
     @property
     def flat(self) -> dict[str, Any]:
         """Every parameter but the name, in SI, by name; None for parameters that it does not use."""
         own = {name: getattr(self, name) for name in declared(type(self))}
-        return own | self.in_si.flat
+        found = own | self.in_si.flat
+        if self.in_si.stage_stroke is None:
+            found |= {"stage_motion": None, "stage_cycles": None}
+        return found
 
     def dimensionless(self, scales: Scales) -> Drive:
         """Drive in the solver's units. Raises InvalidInput if a value is out of range in them."""
@@ -181,6 +194,10 @@ KNOWABLE: dict[str, Stage] = {
     "kinetic_friction": "dynamics",
     "stick_slip_period": "dynamics",
     "spring_force_amplitude": "dynamics",
+    "loop_energy": "dynamics",
+    "contact_energy": "dynamics",
+    "midstroke_friction": "dynamics",
+    "turn_static_friction": "dynamics",
 }
 """Stage that yields each variable that an ensemble can target."""
 OF_CONTACTS = ("approach", "mean_pressure", "maximum_pressure")
@@ -281,10 +298,11 @@ class TargetTable:
             require("of", name, isinstance(name, str) and name in KNOWABLE, need)
         object.__setattr__(self, "of", tuple(of))
 
-    def variables(self, last: Stage) -> tuple[str, ...]:
-        """Variables of the target, if this is the last stage."""
+    def variables(self, last: Stage, to_and_fro: bool = False) -> tuple[str, ...]:
+        """Variables of the target, if this is the last stage. to_and_fro: whether the stage of all drives has a stroke."""
         usual = {"contact": ("contact_half_width",), "slip": ("plateau_mean",)}
-        return self.of or usual.get(last, ("static_friction", "kinetic_friction"))
+        of_drives = ("loop_energy",) if to_and_fro else ("static_friction", "kinetic_friction")
+        return self.of or usual.get(last, of_drives)
 
 
 @dataclass(frozen=True, slots=True)

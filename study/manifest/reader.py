@@ -17,7 +17,17 @@ import numpy as np
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import BY_ROWS, Case, Effects, parameters_of_a_case
-from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Drive, Scales, only_length, refuse_with_memory
+from nanoslip.solver.drive import (
+    AUTO,
+    INTEGRATORS,
+    PERIODS,
+    TRAVEL,
+    Drive,
+    Scales,
+    only_length,
+    refuse_with_memory,
+    refuse_without_stroke,
+)
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.load_path import LoadPath
@@ -197,6 +207,7 @@ _LONGEST: Final = drive_parameters()["duration"].most
 def _make_drive(table: _Table, point: dict[str, Value], scales: Scales) -> CampaignDrive:
     given = {**table.entries, **point}
     try:
+        refuse_without_stroke(given)
         drive = NamedDrive.of(table.name, **given)
     except InvalidInput as error:
         lasting = {"duration": None} if {PERIODS, TRAVEL} & given.keys() else {}
@@ -286,6 +297,14 @@ TOP_LEVEL: Final[dict[str, tuple[type, str]]] = {
 }
 
 
+def goes_to_and_fro(top: Mapping[str, Any]) -> bool:
+    """True if the stage of all drives of a campaign's content has a stroke."""
+    tables = top.get("drives") or [{}]
+    return "stage_stroke" in top.get(AXES, {}) or all(
+        isinstance(each, dict) and "stage_stroke" in each for each in tables
+    )
+
+
 def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...], tractions: bool) -> Ensemble:
     """The ensemble of every case."""
     own, content = top.get("ensemble", {}), top.get("target")
@@ -308,7 +327,7 @@ def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...],
             need = 'stages = ["contact"] or outputs.tractions = true: else no contact is kept beside the record'
             files.refuse("of", name, need, table="target")
     target = TargetTable(**{"within": 0.5, **good})
-    of = target.variables(stages[-1])
+    of = target.variables(stages[-1], to_and_fro=goes_to_and_fro(top))
     if "dynamics" in map(KNOWABLE.get, of):  # drives share records: each would slide further ones by itself
         of = tuple(dict.fromkeys(("plateau_mean", *of)))
     return Ensemble(target.most, float(target.within), of, table.places)

@@ -242,6 +242,8 @@ def drive_duration(drive: Drive, case: Case) -> float:
     duration."""
     if drive.duration is not None:
         return drive.duration
+    if drive.stage_stroke is not None:
+        return drive.cycles_duration
     force = min(least_plateau(case), 1e6) * case.total_load
     return min(
         estimate_duration(drive, force, force, estimate_sizes(case).stiffness, estimate_displacement(case)), 1e30
@@ -269,8 +271,9 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
     damped = estimate_sizes(case).stiffness + drive.spring_stiffness * (1.0 - drive.damping_ratio**2)
     rests = drive_duration(drive, case) * math.sqrt(max(damped, 0.0)) / (2.0 * math.pi)
     steps = min(max(drive_steps(drive, case), rests if drive.profile == "sawtooth" else 0.0), drive.step_limit)
-    sampled = STEP * (steps + 50.0 * min(drive.samples, MOST_FITTED_SAMPLES))
-    return contact + CRITICAL_SECONDS * critical + FIT * fitted + sampled
+    sampled = STEP * (steps + 50.0 * min(drive.output_times, MOST_FITTED_SAMPLES))
+    of_one_way = 0.0 if drive.stage_stroke is not None else CRITICAL_SECONDS * critical + FIT * fitted
+    return contact + of_one_way + sampled
 
 
 # Bytes of the arrays of contacts and friction records while they are computed.
@@ -403,7 +406,7 @@ def _states(task: Task) -> Estimate:
 
 def _drive(task: Task) -> Estimate:
     case, drive = task_case(task), task_drive(task)
-    numbers = 5.0 * drive.samples  # twice that with the fit's columns, beside the record
+    numbers = 6.0 * drive.output_times  # twice that with the fit's columns, beside the record
     memory = _FLOAT * (2.0 * numbers + 16.0 * estimate_sizes(case).events)
     return Estimate(task.ensemble.likely * drive_seconds(drive, case, task.fitted, task.critical), memory, numbers)
 

@@ -165,7 +165,7 @@ def _pulls(plan: Plan) -> _Pulls | None:
         return None
     pace = np.array([named.in_si.spring_stiffness * named.in_si.stage_velocity for _, named in drives])
     damper = np.array([_damper(named) for _, named in drives])
-    lasts = [named.in_si.duration or math.inf for _, named in drives]
+    lasts = [_longest_way_time(named.in_si) for _, named in drives]
     return _Pulls(
         [number for number, _ in cases],
         [drive for drive, _ in drives],
@@ -188,7 +188,9 @@ def _too_short(plan: Plan) -> str:
     missing = max(weight * share - found.damper[which], 0.0)
     needed = missing / found.pace[which] if found.pace[which] else math.inf
     key, amount, unit = ("duration", needed, "s")
-    if TRAVEL in drive.given:
+    if drive.drive.in_si.stage_stroke is not None:
+        key, amount, unit = ("stage_stroke", 2.0 * needed * drive.drive.in_si.stage_velocity, "m")
+    elif TRAVEL in drive.given:
         key, amount, unit = (TRAVEL, needed * drive.drive.in_si.stage_velocity, "m")
     advice = (
         f"needs {key} ≥ {_up(amount):.2g} {unit}"
@@ -258,17 +260,29 @@ def duration_lines(plan: Plan) -> list[str]:
     times = [
         drive_duration(drive, case) * time(named.drive.pin_mass)
         for _, case, named, drive in _driven(plan)
-        if named.drive and drive.duration is None
+        if named.drive and drive.duration is None and drive.stage_stroke is None
     ]
     if not times:
         return []
-    count = sum(each.drive is not None and each.drive.in_si.duration is None for each in drives)
+    count = sum(each.drive is not None and _lasts_as_needed(each.drive.in_si) for each in drives)
     low, high = f"{min(times):.2g}", f"{max(times):.2g}"
     span = low if low == high else f"{low} to {high}"
     return [
         f"duration: auto (drives: {count} of {len(drives)}), to the first slip and as many cycles as the "
         f"numbers need: about {span} s (in the dataset: end_time)"
     ]
+
+
+def _lasts_as_needed(drive: Drive) -> bool:
+    """True if a drive lasts until its numbers are known."""
+    return drive.duration is None and drive.stage_stroke is None
+
+
+def _longest_way_time(drive: Drive) -> float:
+    """Time for which a stage moves on in one direction, in s: at most from the middle to a turn, if it has a stroke."""
+    if drive.stage_stroke is not None:
+        return math.inf if drive.memory else 0.5 * drive.stage_stroke / drive.stage_velocity
+    return drive.duration or math.inf
 
 
 def _up(value: float) -> float:

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.state import NODE_X, NODE_Y, ContactState, ContactSummary
-from nanoslip.solver.drive import Drive
+from nanoslip.solver.drive import OF_A_STROKE, Drive
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
 from nanoslip.solver.dynamics.regime import CriticalVelocity, StickSlipCount
-from nanoslip.solver.dynamics.result import DynamicsResult
+from nanoslip.solver.dynamics.result import DynamicsResult, StageLegs, StageLoops
 from nanoslip.solver.dynamics.stick_slip import StickSlipFit
 from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.elasticity.fields import InteriorFields
@@ -514,6 +514,8 @@ def drive_task(
 @lru_cache(maxsize=4096)  # a campaign has few drives and many cases
 def _key_text(drive: Drive) -> CanonicalText:
     settings = {item.name: getattr(drive, item.name) for item in fields(drive)}
+    if drive.stage_stroke is None:  # a stage in one direction has no cycles
+        settings = {name: value for name, value in settings.items() if name not in OF_A_STROKE}
     return CanonicalText(canonical_text({"type": type(drive).__name__, **settings}))
 
 
@@ -530,21 +532,40 @@ def _dimensionless(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
     return tuple((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
 
 
+def reciprocates(manifest: Manifest) -> bool:
+    """True if the stage of a drive goes to and fro."""
+    return any(each.drive is not None and each.drive.in_si.stage_stroke is not None for each in manifest.drives)
+
+
+def goes_one_way(manifest: Manifest) -> bool:
+    """True if the stage of a drive keeps its direction; as it does where all drives are refused."""
+    drives = [each.drive.in_si for each in manifest.drives if each.drive is not None]
+    return not drives or any(drive.stage_stroke is None for drive in drives)
+
+
+def _has_legs(manifest: Manifest) -> bool:
+    """True if a dataset has the legs of stages."""
+    return reciprocates(manifest) and manifest.outputs.trajectory
+
+
 DRIVE: Final = Kind(
     "drive",
     lambda manifest: "dynamics" in manifest.stages,
     _drive_tasks,
     (
-        Part(FrictionCoefficients),
-        Part(StickSlipFit, "fitted_", wanted=output("fit")),
-        Part(StickSlipCount),
+        Part(FrictionCoefficients, wanted=goes_one_way),
+        Part(StickSlipFit, "fitted_", wanted=lambda manifest: manifest.outputs.fit and goes_one_way(manifest)),
+        Part(StickSlipCount, wanted=goes_one_way),
         Part(CriticalVelocity, wanted=output("critical")),
         Part(DynamicsResult, whole=True),
+        Part(StageLoops, wanted=reciprocates),
+        Part(StageLegs, "stage_leg_", wanted=reciprocates),
         Part(LeftOut, wanted=lambda manifest: manifest.ensemble.within is not None),
     ),
     (
         Ragged("trajectory", "sample", "trajectory_row_size", output("trajectory")),
         Ragged("trajectory", "slip_phase", "phase_row_size", output("phases")),
+        Ragged("trajectory", "stage_leg", "stage_leg_row_size", _has_legs),
         Ragged("drive_ensemble", MEMBER, "drive_member_row_size", several),
     ),
 )

@@ -24,7 +24,9 @@ class DrawnLine(NamedTuple):
 
 
 def curves(case: xr.Dataset) -> Iterator[DrawnLine]:
-    """The lines that a case has: F/W over δ_p; of a single drive the spring force over time; p over x without either.
+    """The lines that a case has: F/W over δ_p; p over x without sliding; of a single drive the spring force over time.
+
+    If the stage goes to and fro, the spring force is over its place.
 
     case: of nanoslip.study.dataset.access, one member of an ensemble.
     """
@@ -37,7 +39,10 @@ def curves(case: xr.Dataset) -> Iterator[DrawnLine]:
         last = see.row().isel(event=-1, missing_dims="ignore")
         yield _curve(last, "x", "pressure")
     if _has(case, "trajectory", "sample"):
-        yield _curve(see.trajectory(), "time", "sample_spring_force")
+        pulled = see.trajectory()
+        # A stage that goes to and fro has legs, and a loop.
+        against = "sample_stage" if pulled.sizes.get("stage_leg") else "time"
+        yield _curve(pulled, against, "sample_spring_force")
 
 
 def inertial_range(case: xr.Dataset) -> tuple[float, float, float] | None:

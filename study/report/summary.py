@@ -426,7 +426,7 @@ def main_numbers(dataset: xr.Dataset) -> list[str]:
     """Requested numbers of a campaign: the numbers in [target] and the main numbers of the last stage."""
     named = _target(dataset)[1]
     if "drive_outcome" in dataset:
-        named = (*named, "static_friction", "kinetic_friction")
+        named = (*named, *(name for name in ("static_friction", "kinetic_friction", *_OF_STAGES) if name in dataset))
     elif "plateau_mean" in dataset:
         named = (*named, "plateau_mean")
     elif "loss_per_cycle" in dataset and not _has_no_cycles(dataset, "loss_per_cycle"):
@@ -476,7 +476,7 @@ def _target(dataset: xr.Dataset) -> tuple[float, tuple[str, ...]]:
     elif "plateau_mean" in dataset:
         last = "slip"
     target = TargetTable(**document["target"])
-    return target.within, target.variables(last)
+    return target.within, target.variables(last, "leg_regime" in dataset and "regime" not in dataset)
 
 
 def short_summary(dataset: xr.Dataset) -> list[str]:
@@ -676,6 +676,8 @@ SHOWN: Final = {
     "kinetic_friction": "μ_k",
     "regime": "regime",
     CRITICAL: "V_c (m/s)",
+    **{"loop_energy": "loop/(W·L_x)", "midstroke_friction": "F/W at mid-stroke"},
+    **{"turn_static_friction": "μ_s at turns", "leg_regime": "legs", "pin_stroke": "pin stroke/L_x"},
     "plateau_mean": "plateau F/W",
     "peak_friction": "peak F/W",
     "cycle_stroke": "stroke/L_x",
@@ -698,7 +700,8 @@ SHOWN: Final = {
 }
 """Variable -> title of its column in tables of cases, on the terminal and on a page; numbers of a single case have
 this order, too. The main results come first, as a narrow terminal leaves out the last columns."""
-_ANSWER: Final = ("static_friction", "kinetic_friction", "regime", "plateau_mean")
+_OF_STAGES: Final = ("loop_energy", "midstroke_friction", "turn_static_friction")
+_ANSWER: Final = ("static_friction", "kinetic_friction", "regime", *_OF_STAGES, "leg_regime", "plateau_mean")
 _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
 LEFT_OUT, LEFT_OUT_ERROR = quantities(LeftOut).values()

@@ -19,7 +19,7 @@ from nanoslip.solver.contact.state import contact_summary
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.regime import CriticalVelocity, StickSlipCount, count_sticks
-from nanoslip.solver.dynamics.result import DynamicsResult, ending_parameter
+from nanoslip.solver.dynamics.result import DynamicsResult, ending_parameter, no_legs
 from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
 from nanoslip.solver.effects import SPARED, LeftOut
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, stiffness_of_node, surface_compliance
@@ -482,6 +482,8 @@ class _Pulling:
         record, plateau = pulled
         if not record.outcome.usable:
             return Member((), record.outcome)
+        if drive.stage_stroke is not None:
+            return self._pulled_to_and_fro(case, pulled, drive)
         try:
             over = None
             if drive.memory:
@@ -502,9 +504,25 @@ class _Pulling:
                 halves = {"critical_velocity": _critical(half, steady, drive).critical_velocity}
         longer = bool(count.unsettled) and ending_parameter(motion, drive) == "duration"
         outcome = coefficients.outcome.adding(Outcome(Ending.COMPLETED, count.unsettled, longer))
-        values = (coefficients, fit, count, critical, motion)
+        values = (coefficients, fit, count, critical, motion, no_legs())
         repetitions = repetition_numbers(motion, count, plateau)
         return Member(values, outcome, plateau=plateau, halves=halves, repetitions=repetitions)
+
+    def _pulled_to_and_fro(self, case: Case, pulled: Recorded, drive: Drive) -> Member:
+        """The motion of a stage that goes to and fro, by modules that other drives do without."""
+        from nanoslip.solver.dynamics.to_and_fro import measure_strokes  # noqa: PLC0415
+
+        record, plateau = pulled
+        try:
+            over = None
+            if drive.memory:
+                from nanoslip.solver.driven.contact_drive import legs_pulling  # noqa: PLC0415
+
+                over = legs_pulling(case, task_compliance(self.task, self.inputs), drive)
+            found = measure_strokes(record, plateau, drive, over)
+        except SolverError as error:
+            return Member((), error.outcome)
+        return Member((found.motion, found.loops, found.legs), found.outcome, plateau=plateau)
 
 
 def repetition_numbers(motion: DynamicsResult, count: StickSlipCount, plateau: Plateau) -> tuple[str, ...]:

@@ -83,7 +83,10 @@ def _short(drive: Drive, case: Case) -> Task:
     """
     small = Case.of({**_NUMBERS, "slip_order": case.slip_rule.slip_order, **_shape(case)})
     with suppress(InvalidInput):
-        found = drive_task(small, replace(drive, duration=(drive.duration or 100.0) / 100, samples=2))
+        shorter: dict[str, Any] = {"duration": (drive.duration or 100.0) / 100}
+        if drive.stage_stroke is not None:
+            shorter = {"stage_stroke": drive.stage_stroke / 100}
+        found = drive_task(small, replace(drive, **shorter, samples=2))
         return replace(found, needs=found.needs[:1])
     return drive_task(small, replace(drive, samples=2))
 

@@ -35,7 +35,7 @@ CALLEE, CONSTANT = (
 from nanoslip.solver.compiled import compiled
 from nanoslip.solver.dynamics.kernels.motion import Motion, PinState, make_segment
 kernel = compiled(entry=True)(make_segment.py_func)
-value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), PinState(1.0, 0.5, 0.1, 0.2), 0.3).q
+value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0, 0.1, 0.0), PinState(1.0, 0.5, 0.1, 0.2), 0.3).q
 """,
         *("dynamics/kernels/motion.py", "motion.spring * stretch", "7.0 * motion.spring * stretch"),
     ),

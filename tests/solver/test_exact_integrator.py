@@ -333,7 +333,8 @@ SPRING, STAGE = 1.0, 0.3
 
 
 def motion(damping=0.2):
-    return Motion(SPRING, damping, STAGE, K, SPRING * STAGE / (SPRING + K), 0.1, 100.0, 1e-8, MOST_WHOLE, 100.0)
+    stick = SPRING * STAGE / (SPRING + K)
+    return Motion(SPRING, damping, STAGE, K, stick, 0.1, 100.0, 1e-8, MOST_WHOLE, 100.0, 0.1, 0.0)
 
 
 @pytest.mark.parametrize(("damping_ratio", "stage"), [(0.0, 0.3), (0.3, 0.3), (0.02, 0.2), (0.05, 0.05)])

@@ -38,10 +38,20 @@ from nanoslip.solver.dynamics.kernels.motion import (
     driving_force,
     follow_slip,
     make_segment,
+    motion_at,
     no_slips,
     slip_table,
 )
 from nanoslip.solver.dynamics.kernels.steps import highest_driving_force, moves_forward, pass_segment, segment_end
+
+
+class Frame(NamedTuple):
+    """The direction in which the stage of a pin moves: δ_p of the contact is origin + sign·x."""
+
+    origin: float
+    """δ_p of the contact at x = 0."""
+    sign: float
+    """1 or -1; the friction force on the pin is that of the contact times it."""
 
 
 class Ahead(NamedTuple):
@@ -71,16 +81,16 @@ class Pulled(NamedTuple):
 
 
 @compiled(inline="always")
-def _ahead(state: KernelState, constants: KernelConstants, origin: float) -> Ahead:
-    """The next event, at least the event floor away. origin: δ_p of the contact at x = 0."""
+def _ahead(state: KernelState, constants: KernelConstants, frame: Frame) -> Ahead:
+    """The next event, at least the event floor away."""
     scalars = state.scalars
     stiffness = stretching(state)
     step, kind, node = next_event(state, constants, step_blur(constants.slip, stiffness))
     # As in `follow_path`: events nearer than the floor are answered at the floor.
     limits = limits_together(state, constants.slip)
     least = smallest_step(constants.slip, limits, stiffness, abs(scalars.displacement))
-    position = scalars.displacement + scalars.pin_rate * max(step, least) - origin
-    return Ahead(position, kind, node, total_shear(state.contact, state.rate) * scalars.pin_rate)
+    position = scalars.displacement + scalars.pin_rate * max(step, least) - frame.origin
+    return Ahead(frame.sign * position, kind, node, total_shear(state.contact, state.rate) * scalars.pin_rate)
 
 
 @compiled(inline="always")
@@ -134,24 +144,27 @@ def drive_contact(
     tally: Tally,
     step_limit: int,
     slips_left: int,
-    origin: float,
+    pieces: Floats,
+    frame: Frame,
 ) -> Pulled:
     """Follow pin and contact together until the duration, or until the contact needs to be set up again.
 
-    origin: δ_p of the contact at x = 0. slips_left: macroscopic slips with the last of which the drive ends.
+    slips_left: macroscopic slips with the last of which the drive ends. pieces: see `integrate_exactly`.
     """
+    origin, sign = frame
+    motion = motion_at(motion, pieces, pin.time)
     finished, events, lost, stop = no_slips(), 0, 0.0, Stop.DONE
     begun = state.scalars.displacement
-    _turn(state, pin.velocity >= 0.0)
-    ahead = _ahead(state, constants, origin)
-    pin = PinState(pin.time, pin.position, pin.velocity, total_shear(state.contact, state.response))
+    _turn(state, (pin.velocity >= 0.0) == (sign > 0.0))
+    ahead = _ahead(state, constants, frame)
+    pin = PinState(pin.time, pin.position, pin.velocity, sign * total_shear(state.contact, state.response))
     while stop == Stop.DONE and pin.time < motion.duration and tally.steps < step_limit and len(finished) < slips_left:
         forward = moves_forward(motion, pin, ahead.slope)
         # The contact lags behind the pin, as all is linear between events: it is moved at events, turns and the end.
-        if forward != (state.scalars.pin_rate > 0.0):
-            _move_pin_to(state, pin.position + origin)
-            _turn(state, forward)
-            ahead = _ahead(state, constants, origin)
+        if forward != (sign * state.scalars.pin_rate > 0.0):
+            _move_pin_to(state, sign * pin.position + origin)
+            _turn(state, forward == (sign > 0.0))
+            ahead = _ahead(state, constants, frame)
         t, x, v, friction_force = pin
         segment = make_segment(motion, pin, ahead.slope)
         watched = v >= motion.stick_velocity and (slip.climbing or not slip.sliding)
@@ -163,21 +176,23 @@ def drive_contact(
             tally = pass_segment(record, motion, segment, tally, until, tau, y, area)
             t, x, friction_force = until, x + y, friction_force + ahead.slope * y
         if met:
-            _move_pin_to(state, ahead.position + origin)
+            _move_pin_to(state, sign * ahead.position + origin)
             stop = answer_event(state, constants, ahead.kind, ahead.node)
             events += 1
             lost += state.scalars.dissipated
             stop = _check(state, constants, begun, events) if stop == Stop.DONE else stop
-            ahead = _ahead(state, constants, origin)
+            ahead = _ahead(state, constants, frame)
             # Read off the contact: what F rose by along the segment is rounded, and drops in the event.
-            x, friction_force = state.scalars.displacement - origin, total_shear(state.contact, state.response)
+            x = sign * (state.scalars.displacement - origin)
+            friction_force = sign * total_shear(state.contact, state.response)
         pin = PinState(t, x, v, friction_force)
         if tau > 0.0:
             peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
             slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
         else:
             tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
-    _move_pin_to(state, pin.position + origin)
+        motion = motion_at(motion, pieces, t)
+    _move_pin_to(state, sign * pin.position + origin)
     # A contact that has to be set up again is driven on: its slip lasts into the next stretch, and is stated there.
     lasting = Slip(slip.sliding and stop == Stop.DONE, slip.climbing, slip.time, slip.position, slip.peak, 0, 0.0)
     return Pulled(stop, pin, slip, tally, slip_table(lasting, finished, motion, pin), events, lost)

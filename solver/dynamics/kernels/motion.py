@@ -40,6 +40,10 @@ class Motion(NamedTuple):
     """Number of macroscopic slips after which the run ends."""
     recorded: float
     """Time over which samples and impulse are spread; the spring force's range is that of its second half."""
+    stretched: float
+    """Position up to which the contact is stretched before it slides for the first time."""
+    stage_start: float
+    """Place at time 0 of a stage that had this velocity all the time."""
 
 
 class ToothTable(NamedTuple):
@@ -197,9 +201,41 @@ def tooth_holding(teeth: ToothTable, index: int, x: float) -> tuple[int, float, 
 
 
 @compiled(error_model="numpy")
+def stage_place(motion: Motion, time: float) -> float:
+    """Place of the stage."""
+    return motion.stage_start + motion.stage * time
+
+
+@compiled(error_model="numpy")
+def motion_at(motion: Motion, pieces: Floats, time: float) -> Motion:
+    """The motion from a time on; the same until its piece of the stage's way ends, and after the last one.
+
+    pieces: (p, 3) of the stage's way after the first: end, velocity, and `stage_start` of each.
+    """
+    if time < motion.duration or len(pieces) == 0 or time >= pieces[-1, 0]:
+        return motion
+    number = np.searchsorted(pieces[:, 0], time, side="right")
+    stage = pieces[number, 1]
+    return Motion(
+        motion.spring,
+        motion.damping,
+        stage,
+        motion.surface_stiffness,
+        motion.spring * stage / (motion.spring + motion.surface_stiffness),
+        motion.presliding,
+        pieces[number, 0],
+        motion.instant,
+        motion.most_slips,
+        motion.recorded,
+        motion.stretched,
+        pieces[number, 2],
+    )
+
+
+@compiled(error_model="numpy")
 def driving_force(motion: Motion, pin: PinState) -> float:
     """Spring and damper together."""
-    stretch = motion.stage * pin.time - pin.position
+    stretch = stage_place(motion, pin.time) - pin.position
     return motion.spring * stretch + motion.damping * (motion.stage - pin.velocity)
 
 
@@ -210,7 +246,7 @@ def acceleration_rounding(motion: Motion, pin: PinState, slope: float) -> float:
     slope: of the friction force, which is read off the position.
     """
     # 4.4e-16: two units in the last place of the large terms.
-    far = motion.spring * (motion.stage * pin.time + abs(pin.position)) + abs(slope * pin.position)
+    far = motion.spring * (abs(stage_place(motion, pin.time)) + abs(pin.position)) + abs(slope * pin.position)
     return 4.4e-16 * (far + motion.damping * (motion.stage + abs(pin.velocity)) + abs(pin.friction_force))
 
 
@@ -228,7 +264,7 @@ def _macroscopic(motion: Motion, begin: float, end: float) -> bool:
 
     A pin that a damper sets in motion at once swings on its contact, up to twice as far as a slow pull would stretch it.
     """
-    return end - max(begin, motion.presliding) > motion.presliding
+    return end - max(begin, motion.stretched) > motion.presliding
 
 
 @compiled(allocates=True, error_model="numpy")
@@ -242,6 +278,8 @@ def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: PinSta
     change = new.velocity - old.velocity
     # Linear between the two instants; segments end at the stick velocity, so that theirs is exact.
     share = (motion.stick_velocity - old.velocity) / change if change != 0.0 else 1.0
+    # The stick velocity changes with that of the stage, and may have passed the pin's before.
+    share = min(max(share, 0.0), 1.0)
     passing_time = old.time + share * (new.time - old.time)
     passing_position = old.position + share * (new.position - old.position)
     if not sliding and new.velocity > motion.stick_velocity:

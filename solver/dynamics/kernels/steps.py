@@ -1,4 +1,4 @@
-"""Eq. 12-14 integrated, compiled: from crossing to crossing, on a rigid contact, and by steps of Runge and Kutta."""
+"""Eq. 12-14 integrated, compiled: from crossing to crossing, on an elastic and on a rigid contact."""
 
 import math
 from typing import NamedTuple
@@ -24,12 +24,14 @@ from nanoslip.solver.dynamics.kernels.motion import (
     find_tooth,
     follow_slip,
     make_segment,
+    motion_at,
     motion_state,
     next_zero,
     no_slips,
     offset_from_level,
     root,
     slip_table,
+    stage_place,
     tooth_holding,
 )
 
@@ -206,7 +208,7 @@ def empty_record(motion: Motion, sample_count: int, bin_count: int) -> Record:
 @compiled(error_model="numpy")
 def note_spring_force(record: Record, motion: Motion, time: float, position: float) -> None:
     """Extend the range of the spring force by its present value."""
-    force = motion.spring * (motion.stage * time - position)
+    force = motion.spring * (stage_place(motion, time) - position)
     record.spring_range[0] = min(record.spring_range[0], force)
     record.spring_range[1] = max(record.spring_range[1], force)
 
@@ -410,7 +412,7 @@ def cruise(
         motion.surface_stiffness,
         motion.duration,
     )
-    ramp, drag, slowest = k * V, c * V, 2.0 * motion.stick_velocity
+    ramp, drag, slowest = k * V, c * V + k * motion.stage_start, 2.0 * motion.stick_velocity
     count, first = force.size, teeth.periodic_from
     j, shift = find_repeated_tooth(teeth, index)
     laps = (index - j) // (count - first)
@@ -434,7 +436,7 @@ def cruise(
             # The slip's largest driving force may lie within this tooth: only the long way finds it.
             if _may_turn(make_segment(motion, PinState(t, x, v, friction_force), rate), motion, tau):
                 break
-            peak = max(peak, k * (V * end - right) + c * (V - v_end))
+            peak = max(peak, k * (stage_place(motion, end) - right) + c * (V - v_end))
             climbing = v_end < V
         if end >= due:
             segment = make_segment(motion, PinState(t, x, v, friction_force), rate)
@@ -467,18 +469,23 @@ def integrate_exactly(
     bin_count: int,
     step_limit: int,
     one_way: bool | None,
+    pin: PinState,
+    pieces: Floats,
     cruising: bool,
 ) -> Course:
-    """Follow the pin from rest in closed-form segments, each to a tooth's edge, F = ±F̃, velocity 0 or of stick, or an extremum.
+    """Follow the pin in closed-form segments, each to a tooth's edge, F = ±F̃, velocity 0 or of stick, or an extremum.
 
-    one_way: stop if F would follow -F̃; None compiles a function without it. cruising: cross teeth the short way if exact.
+    one_way: stop if F would follow -F̃; None compiles a function without it. pin: where it starts.
+    pieces: (p, 3) of the stage's way after the first, which is that of the motion: end, velocity, place at time 0 (`Motion`).
+    cruising: cross teeth the short way if exact.
     """
-    K, duration = motion.surface_stiffness, motion.duration
+    K = motion.surface_stiffness
     record = empty_record(motion, sample_count, bin_count)
     slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
-    pin, tally = PinState(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0)
-    index = int(np.int64(0))  # of a plain 0 numba would compile all that it is handed to once more, and then not use it
-    while pin.time < duration and tally.steps < step_limit and len(finished) < motion.most_slips:
+    tally = Tally(0, 0.0, 0.0, 0, 0)
+    # From a plain 0 numba would compile all that it is handed to once more, and then not use it.
+    index = tooth_holding(teeth, int(np.int64(0)), pin.position)[0]
+    while pin.time < motion.duration and tally.steps < step_limit and len(finished) < motion.most_slips:
         left, right, base, slope = find_tooth(teeth, index)
         if (
             cruising
@@ -515,7 +522,7 @@ def integrate_exactly(
         watched = v >= motion.stick_velocity and (slip.climbing or not slip.sliding)
         tau, met, y, v, area = segment_end(segment, motion, watched, distance, forward)
         # Exactly at the end, or a last segment as long as rounding would follow.
-        t = duration if tau >= duration - t else t + tau
+        t = motion.duration if tau >= motion.duration - t else t + tau
         tally = pass_segment(record, motion, segment, tally, t, tau, y, area)
 
         x += y
@@ -531,6 +538,7 @@ def integrate_exactly(
         pin = PinState(t, x, v, friction_force)
         peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
         slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
+        motion = motion_at(motion, pieces, t)
     table = slip_table(slip, finished, motion, pin)
     return make_run_result(record, tally, slip, table, pin.time)
 
@@ -611,103 +619,3 @@ def integrate_rigidly(
         slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
     table = slip_table(slip, finished, motion, pin)
     return make_run_result(record, tally, slip, table, pin.time)
-
-
-# Classical Runge-Kutta steps of equal length.
-
-
-@compiled(error_model="numpy")
-def _cubic(s: float, old: float, new: float, old_rate: float, new_rate: float) -> float:
-    """Cubic interpolation a fraction s into a step, from values and rates per step at both ends."""
-    return old + s * s * (3.0 - 2.0 * s) * (new - old) + s * (1.0 - s) * ((1.0 - s) * old_rate - s * new_rate)
-
-
-@compiled(error_model="numpy", inline="always")
-def _write_step(
-    record: Record, motion: Motion, old: PinState, new: PinState, row: int, edge: int, pushed: float
-) -> tuple[int, int]:
-    """Write samples within a step; returns the next row and entry. pushed: ∫ of the driving force up to the step's start.
-
-    The driving force has no jumps, so the impulse of friction is taken from it: less by the momentum, which is v.
-    """
-    samples, impulse, recorded = record.samples, record.impulse, record.duration
-    last, bins = samples.shape[0] - 1, impulse.size - 1
-    t, dt = old.time, new.time - old.time
-    driving, new_driving = driving_force(motion, old), driving_force(motion, new)
-    a, new_a = driving - old.friction_force, new_driving - new.friction_force
-    while row <= last and recorded * (row / last) <= new.time:
-        s = (recorded * (row / last) - t) / dt
-        samples[row, 0] = _cubic(s, old.position, new.position, dt * old.velocity, dt * new.velocity)
-        samples[row, 1] = _cubic(s, old.velocity, new.velocity, dt * a, dt * new_a)
-        samples[row, 2] = old.friction_force + s * (new.friction_force - old.friction_force)
-        row += 1
-    while edge <= bins and recorded * (edge / bins) <= new.time:
-        s = (recorded * (edge / bins) - t) / dt
-        v = _cubic(s, old.velocity, new.velocity, dt * a, dt * new_a)
-        impulse[edge] = pushed + dt * s * (driving + 0.5 * (new_driving - driving) * s) - v
-        edge += 1
-    return row, edge
-
-
-@compiled(entry=True, allocates=True, error_model="numpy")
-def integrate_by_steps(
-    teeth: ToothTable, motion: Motion, steps: int, sample_count: int, bin_count: int, one_way: bool | None
-) -> Course:
-    """Classical Runge-Kutta steps of equal length; F at every stage with the relaxation point of the step's start,
-    which Eq. 14 updates after the step. Samples by cubic interpolation, impulse by the trapezoidal rule.
-
-    one_way: see `integrate_exactly`. A motion that runs away ends there, its `friction_work` NaN.
-    """
-    k, c, V, K = motion.spring, motion.damping, motion.stage, motion.surface_stiffness
-    record = empty_record(motion, sample_count, bin_count)
-    slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
-    pin = PinState(0.0, 0.0, 0.0, 0.0)
-    driving = driving_force(motion, pin)
-    relaxed = pushed = work = 0.0
-    index = row = edge = int(np.int64(0))  # as in `integrate_exactly`
-    computed = 0
-    left, right, base, slope = find_tooth(teeth, index)
-    for step in range(steps):
-        t, end = pin.time, motion.duration * ((step + 1) / steps)
-        dt = end - t
-        a = driving - pin.friction_force
-        x, v, acceleration = pin.position, pin.velocity, a
-        # (k_1 + 2 k_2 + 2 k_3 + k_4)/6 of the rates v and a at the four stages.
-        dx, dv = v, a
-        for stage in range(1, 4):
-            part = dt if stage == 3 else 0.5 * dt
-            x, v = pin.position + part * v, pin.velocity + part * acceleration
-            if not left <= x < right:
-                index, left, right, base, slope = tooth_holding(teeth, index, x)
-            friction_force = limit_friction(x, relaxed, K, base + slope * (x - left))
-            acceleration = k * (V * (t + part) - x) + c * (V - v) - friction_force
-            weight = 1.0 if stage == 3 else 2.0
-            dx += weight * v
-            dv += weight * acceleration
-        x, v = pin.position + dt / 6.0 * dx, pin.velocity + dt / 6.0 * dv
-        if not left <= x < right:
-            index, left, right, base, slope = tooth_holding(teeth, index, x)
-        # No tooth can be told where the motion has run away to.
-        if math.isnan(left):
-            work = math.nan
-            break
-        if one_way is not None and K * (x - relaxed) < -(base + slope * (x - left)):
-            break
-        new = PinState(end, x, v, limit_friction(x, relaxed, K, base + slope * (x - left)))
-        new_driving = driving_force(motion, new)
-
-        row, edge = _write_step(record, motion, pin, new, row, edge, pushed)
-        slip = follow_slip(slip, finished, motion, pin, new, max(driving, new_driving))
-        pushed += 0.5 * dt * (driving + new_driving)
-        work += 0.5 * (pin.friction_force + new.friction_force) * (x - pin.position)
-        # Eq. 14, after the step: within one the relaxation point rests, as the paper words it.
-        relaxed = x - new.friction_force / K
-        if end >= record.half:
-            # A step has no closed form to look into: its acceleration counts as constant.
-            note_brief(record, motion, pin, dt, v)
-            note_spring_force(record, motion, end, x)
-        pin, driving, computed = new, new_driving, computed + 1
-        if len(finished) >= motion.most_slips:
-            break
-    table = slip_table(slip, finished, motion, pin)
-    return make_run_result(record, Tally(computed, pushed, work, 0, 0), slip, table, pin.time)

@@ -33,6 +33,8 @@ def test_a_number_in_si_has_an_example_with_a_unit() -> None:
     without = {key.word for key in keys() if key.stated.unit not in ("", "1") and len(key.example.split(", or ")) < 2}
     assert without == {
         "stage_travel",
+        "stage_frequency",
+        "stage_stroke",
         "duration",
         "time_step",
         "seconds",
