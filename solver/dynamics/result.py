@@ -186,14 +186,14 @@ class StageLoops:
     )
     pin_stroke: float = _length("stroke of the pin", "end to end, mean over legs")
     sliding_stroke: float = _length(
-        "stroke of the stage from which on the pin slides at mid-stroke",
-        "4F(1/k + 1/K), with the friction force F of the plateau",
+        "stage stroke that slides at mid-stroke",
+        "the shortest one, 4F(1/k + 1/K), with the friction force F of the plateau",
     )
     stage_closure: float = quantity(
-        "gap of the spring force between the last two cycles",
+        "gap between the last two loops",
         ensemble=True,
         per="normal_load",
-        comment="the largest one over load, at one place of the stage; 0 of a loop that closes",
+        comment="largest difference of the spring force at one place of the stage, over load; 0 of a loop that closes",
     )
     turn_delay: float = quantity(
         "delay of the pin's turn", ensemble=True, comment="after that of the stage, as a share of a leg's time"

@@ -84,8 +84,8 @@ class NamedDrive:
     """Stage travel, if the duration was given by it; `in_si` has the duration in s."""
     stage_frequency: float | None = parameter(
         None,
-        meaning="cycles of a stage that goes to and fro, per second",
-        comment="in place of stage_velocity",
+        meaning="frequency of a stage to and fro",
+        comment="cycles per second, in place of stage_velocity",
         unit="s-1",
         **ANY_SIZE,
     )

@@ -187,13 +187,15 @@ def _too_short(plan: Plan) -> str:
     assert drive.drive is not None
     missing = max(weight * share - found.damper[which], 0.0)
     needed = missing / found.pace[which] if found.pace[which] else math.inf
-    key, amount, unit = ("duration", needed, "s")
+    key, amount, unit, instead = "duration", needed, "s", ""
     if drive.drive.in_si.stage_stroke is not None:
-        key, amount, unit = ("stage_stroke", 2.0 * needed * drive.drive.in_si.stage_velocity, "m")
+        key, amount, unit = "stage_stroke", 2.0 * needed * drive.drive.in_si.stage_velocity, "m"
+        # Over a record a contact that does not slide loses nothing.
+        instead = ", or memory = true"
     elif TRAVEL in drive.given:
-        key, amount, unit = (TRAVEL, needed * drive.drive.in_si.stage_velocity, "m")
+        key, amount, unit = TRAVEL, needed * drive.drive.in_si.stage_velocity, "m"
     advice = (
-        f"needs {key} ≥ {_up(amount):.2g} {unit}"
+        f"needs {key} ≥ {_up(amount):.2g} {unit}{instead}"
         if math.isfinite(needed)
         else "the stage is at rest: raise stage_velocity"
     )
@@ -202,7 +204,10 @@ def _too_short(plan: Plan) -> str:
     return f"too short to slip: {found.weak.sum()} of {found.weak.size} drives, first {where}: {reached}: {advice}"
 
 
-_OF_SLIPS: Final = ("static_friction", "kinetic_friction", "stick_slip_period")
+_OF_SLIPS: Final = (
+    *("static_friction", "kinetic_friction", "stick_slip_period"),
+    *("midstroke_friction", "turn_static_friction"),
+)
 """Numbers that a drive without a slip has not."""
 _OF_PLATEAUS: Final = ("plateau_mean", "plateau_stress", "mean_step", "mean_drop", "kinetic_friction")
 """Numbers that a record without a steady part has not."""

@@ -40,9 +40,13 @@ def curves(case: xr.Dataset) -> Iterator[DrawnLine]:
         yield _curve(last, "x", "pressure")
     if _has(case, "trajectory", "sample"):
         pulled = see.trajectory()
-        # A stage that goes to and fro has legs, and a loop.
-        against = "sample_stage" if pulled.sizes.get("stage_leg") else "time"
+        against = "sample_stage" if _goes_to_and_fro(pulled) else "time"
         yield _curve(pulled, against, "sample_spring_force")
+
+
+def _goes_to_and_fro(pulled: xr.Dataset) -> bool:
+    """True if a run of the group trajectory has legs."""
+    return bool(pulled.sizes.get("stage_leg"))
 
 
 def inertial_range(case: xr.Dataset) -> tuple[float, float, float] | None:
@@ -50,9 +54,12 @@ def inertial_range(case: xr.Dataset) -> tuple[float, float, float] | None:
     holds = float(case.get("peak_friction", np.nan))
     if not _has(case, "trajectory", "sample"):
         return None
-    force = Accessor(case).trajectory()["sample_spring_force"]
+    pulled = Accessor(case).trajectory()
+    force = pulled["sample_spring_force"]
     least, most = float(force.min()), float(force.max())
-    return (least, most, holds) if max(most - holds, -least) > INERTIAL * holds else None
+    # Friction on a stage that goes to and fro has either sign.
+    lowest = -holds if _goes_to_and_fro(pulled) else 0.0
+    return (least, most, holds) if max(most - holds, lowest - least) > INERTIAL * holds else None
 
 
 def _has(case: xr.Dataset, group: str, sample: str) -> bool:

@@ -166,6 +166,8 @@ def answer_numbers(case: xr.Dataset) -> str:
     numbers = [f"{_size(case, name)}{SHOWN[name]} {value}" for name, value in answer_values(case).items()]
     if "cycle_stroke" in case and math.isfinite(case["cycle_stroke"].item()):
         numbers.append(_stroke_words(case))
+    if _has_stroke(case):
+        numbers.append(_stage_words(case))
     return ", ".join(numbers)
 
 
@@ -183,6 +185,23 @@ def _stroke_words(case: xr.Dataset) -> str:
     spring = case["spring_stiffness"].item()
     force = case["turn_friction"].item() * case["normal_load"].item() * scales.force
     return f"{words}, for which a stage of {compact(spring, 'N/m')} moves ±{compact(amplitude + force / spring, 'm')}"
+
+
+def _has_stroke(case: xr.Dataset) -> bool:
+    """True if a single drive is shown, and its stage went to and fro."""
+    return "pin_stroke" in case and not case["pin_stroke"].dims and math.isfinite(case["pin_stroke"].item())
+
+
+def _stage_words(case: xr.Dataset) -> str:
+    """Stroke and amplitude of a stage that went to and fro, and of the pin that it pulled."""
+    stroke = case["stage_stroke"].item()
+    words = f"the stage moves {compact(stroke, 'm')} end to end, ±{compact(stroke / 2.0, 'm')}"
+    pin = case["pin_stroke"].item()
+    scales = read_scales(case.attrs)
+    if scales is None:
+        return f"{words}, the pin {pin:.3g} L_x, ±{pin / 2.0:.3g} L_x"
+    length = pin * scales.slab_width
+    return f"{words}, the pin {compact(length, 'm')}, ±{compact(length / 2.0, 'm')}"
 
 
 def failure_lines(case: xr.Dataset) -> Iterator[str]:

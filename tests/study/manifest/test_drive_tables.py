@@ -13,6 +13,7 @@ from tests.study.manifest.test_reader import said
 from tests.study.plan.running import read
 
 TABLE = '[[drives]]\nname = "a"\n'
+STROKE = TABLE + "stage_stroke = 0.002\n"
 AXES = "[drive_axes]\nspring_stiffness = [1e5, 200_000]\nstage_velocity = [1e-3, 2e-3, 3e-3]\n"
 
 
@@ -95,6 +96,21 @@ WRONG = {
     ),
     TABLE + "duration_periods = 0": "drives[0].duration_periods = 0: needs 1e-30 ≤ duration_periods ≤ 1e30",
     TABLE + "max_slips = 0": "drives[0].max_slips = 0: needs 1 to 2^63 - 1",
+    STROKE + "duration = 1": (
+        "drives[0].duration = 1: needs to be left out beside stage_stroke = 0.002: stage_cycles end the drive"
+    ),
+    STROKE
+    + "stage_travel = 1e-3": "…drives[0].stage_travel = 0.001: needs to be left out beside stage_stroke = 0.002…",
+    STROKE + "max_slips = 3": "drives[0].max_slips = 3: needs to be left out beside stage_stroke",
+    STROKE + "stage_velocity = 0": "drives[0].stage_velocity = 0.0: needs stage_velocity > 0 with stage_stroke",
+    STROKE + "stage_frequency = 2\nstage_velocity = 1e-3": (
+        "drives[0].stage_frequency = 2.0: needs to be left out beside stage_velocity = 0.001"
+    ),
+    STROKE + 'stage_motion = "square"': 'drives[0].stage_motion = "square": needs one of triangle, sine',
+    STROKE + "stage_cycles = 1": "drives[0].stage_cycles = 1: needs 2 to 100000",
+    TABLE + "stage_cycles = 8": "drives[0].stage_cycles = 8: needs stage_stroke beside it",
+    TABLE + "stage_frequency = 2": "drives[0].stage_frequency = 2: needs stage_stroke beside it",
+    TABLE + 'stage_stroke = "2 N"': "…drives[0].stage_stroke…",
 }
 
 
