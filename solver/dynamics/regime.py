@@ -27,7 +27,7 @@ Regime = Literal["sticks", "stick_slip", "slides", "micro_slip"]
 REGIMES: Final[Mapping[str, str]] = {
     "sticks": "no macroscopic slip",
     "stick_slip": "macroscopic slips that end in stick, or any other motion",
-    "slides": "the last slip did not end, and lasted longer than any cycle before it, from one slip's start to the next one's",
+    "slides": "the last slip never ended and outlasted every earlier cycle, from the start of one slip to that of the next",
     "micro_slip": "no macroscopic slip, but in the second half of the time the pin keeps up with more than half the stage's "
     "velocity, in slips shorter than presliding_length",
 }
@@ -85,9 +85,9 @@ class StickSlipCount:
         per="time",
         ensemble=True,
         shared="repetition",
-        comment="mean time from the start of one macroscopic slip to the next, of those that begin in the second half "
-        "of the time; NaN unless the regime is stick_slip and two begin there, and where the first one does; no mean unless "
-        "all members have it",
+        comment="mean time from the start of one macroscopic slip to the next, in the second half of the time; NaN unless the "
+        "regime is stick_slip and at least two slips begin in that half, the first slip of the drive not among them; a mean "
+        "needs a value from every start",
         alike="regime",
     )
     unsettled: str = ""

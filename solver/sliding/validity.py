@@ -79,7 +79,7 @@ class Flag(Enum):
 
     few_nodes = (
         1,
-        f"fewer than {FEWEST_NODES} nodes in contact, or {FEWEST_IN_PLANE} of a plane of nodes",
+        f"fewer than {FEWEST_NODES} nodes in contact ({FEWEST_IN_PLANE} with a plane of nodes, as of a ball)",
         "raise n_x; or, if the pin is given in units, lower scales.slab_width",
     )
     near_ends = (

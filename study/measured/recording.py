@@ -90,13 +90,8 @@ class Trace:
     """Mean normal load in N by which measured forces were divided."""
 
     def __post_init__(self) -> None:
-        for name, values, least in (
-            (self.over, self.at, np.diff(self.at).min()),
-            ("force", self.force, np.ptp(self.force)),
-        ):
-            if not (least >= SMALLEST and np.abs(values).max() <= LARGEST):
-                needs = f"needs numbers up to {LARGEST:g} that differ, by {SMALLEST:g} or more"
-                raise InvalidInput(f"{name} = {values.min():.4g} to {values.max():.4g}: {needs}")
+        _require_numbers(self.over, self.at, np.diff(self.at).min())
+        _require_numbers("force", self.force, np.ptp(self.force))
 
     def without(self, offset: float, drift: float) -> "Trace":
         """The trace less a constant force, and less a drift that grows from its start on."""
@@ -111,7 +106,9 @@ class Trace:
 
     def convert_to_time(self, velocity: float) -> "Trace":
         """Over time instead of displacement, of a stage with this velocity (m/s)."""
-        return self if self.over == "time" else replace(self, at=self.at / velocity, over="time")
+        if self.over == "time":
+            return self
+        return replace(self, at=self.at / velocity, over="time")
 
     def part(self, first: int, last: int, sign: float = 1.0, offset: float = 0.0) -> "Trace":
         """Samples from `first` up to `last`, times `sign` after an offset is subtracted."""
@@ -120,9 +117,11 @@ class Trace:
 
     def between(self, start: float, end: float) -> "Trace":
         """The samples from `start` to `end` (s or m, as in the file; NaN for no limit). Raises InvalidInput of too few."""
-        kept = ~((self.at < start) | (self.at > end))
-        require("number of points", int(kept.sum()), kept.sum() >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
-        return self._select(kept)
+        # Comparisons with NaN are false: it cuts nothing off.
+        outside = (self.at < start) | (self.at > end)
+        count = int((~outside).sum())
+        require("number of points", count, count >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
+        return self._select(~outside)
 
     def _select(self, kept: NDArray[np.bool_]) -> "Trace":
         load = None if self.load is None else self.load[kept]
@@ -137,11 +136,20 @@ class Trace:
         kept = load > np.median(load) / 2.0
         if not kept.any():
             raise InvalidInput(f"normal load = {load.min():.4g} to {load.max():.4g} N: needs values other than 0")
-        source = None if self.source is None else replace(self.source, unloaded=int((~kept).sum()))
+        source = self.source
+        if source is not None:
+            source = replace(source, unloaded=int((~kept).sum()))
         loaded = self._select(kept)
         mean_load = float(load[kept].mean()) if self.unit == "N" else math.nan
         coefficients = loaded.force / load[kept]
         return replace(loaded, force=coefficients, unit="1", load=None, source=source, mean_load=mean_load)
+
+
+def _require_numbers(name: str, values: Floats, least: float) -> None:
+    """Raise InvalidInput if values are too large, or differ by less than `SMALLEST`. least: their smallest difference."""
+    if not (least >= SMALLEST and np.abs(values).max() <= LARGEST):
+        needs = f"needs numbers up to {LARGEST:g} that differ, by {SMALLEST:g} or more"
+        raise InvalidInput(f"{name} = {values.min():.4g} to {values.max():.4g}: {needs}")
 
 
 class TraceOptions(NamedTuple):
@@ -158,7 +166,8 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     source = read_columns(path, text)
     columns = _column_positions(source, given)
     at, force = source.columns[columns.at], source.columns[columns.force]
-    over = "displacement" if given.displacement or (not given.time and _role(at) == "displacement") else "time"
+    is_displacement = bool(given.displacement) or (not given.time and _role(at) == "displacement")
+    over = "displacement" if is_displacement else "time"
     if columns.position is not None and given.displacement:
         over = "time"  # a stage that turns
     own = given.displacement if over == "displacement" else given.time
@@ -166,7 +175,8 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     up, unit = _scale_of_force(force, given.force)
     places = columns.places()
     rows = source.rows(places)
-    require("number of points", len(rows.lines), len(rows.lines) >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
+    count = len(rows.lines)
+    require("number of points", count, count >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
     turning = over == "displacement" and has_turns(rows.values[0])
     if over == "displacement":
         rows = _rows_along_way(rows)
@@ -183,12 +193,13 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     if turning:
         position = found.others[-1][~spikes] * scale
     elif columns.position is not None:
-        position = values[columns.position] * _scale_of_place(
-            "displacement", given.displacement, source.columns[columns.position]
-        )
+        column = source.columns[columns.position]
+        position = values[columns.position] * _scale_of_place("displacement", given.displacement, column)
     taken = tuple(source.columns[place].name for place in places)
     facts = TraceSource(source, taken, found, rows.holes, int(spikes.sum()))
-    return Trace(found.at[~spikes] * scale, sign * measured * up, over, unit, load, facts, position)
+    places_in_si = found.at[~spikes] * scale
+    forces = sign * measured * up
+    return Trace(places_in_si, forces, over, unit, load, facts, position)
 
 
 class ChosenColumns(NamedTuple):
@@ -236,7 +247,8 @@ def _rows_along_way(rows: Rows) -> Rows:
     turns = turning_points(position)
     if len(turns) > 2 and not has_turns(position):
         return rows
-    if len(turns) == 2 and (np.diff(position) * (position[-1] - position[0]) >= 0.0).all():
+    forward = np.diff(position) * (position[-1] - position[0])
+    if len(turns) == 2 and (forward >= 0.0).all():
         return rows
     least = NOISE * noise_deviation(position)
     back = float((np.maximum.accumulate(position) - position).max())
@@ -259,7 +271,8 @@ def _scale_of_place(key: str, given: str, column: FileColumn) -> float:
     si = "m" if key == "displacement" else "s"
     unit = column_unit(key, given, column, si)
     scale = unit_factor(unit, si)
-    require(key, unit, scale > 0.0, f"a unit of {'time, as ms' if key == 'time' else 'length, as um'}")
+    need = "a unit of time, as ms" if key == "time" else "a unit of length, as um"
+    require(key, unit, scale > 0.0, need)
     return scale
 
 
@@ -268,7 +281,8 @@ def _scale_of_load(column: FileColumn, unit: str) -> float:
     si = "Pa" if unit == "Pa" else "N"
     own = column_unit("load", "", column, si)
     scale = unit_factor(own, si)
-    require("load", own, scale > 0.0, "a unit of stress, as MPa" if si == "Pa" else "a unit of force, as mN")
+    need = "a unit of stress, as MPa" if si == "Pa" else "a unit of force, as mN"
+    require("load", own, scale > 0.0, need)
     return scale
 
 
@@ -302,15 +316,20 @@ def _column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns
         role = _role(column)
         if role in of:
             of[role].append(place)
-    named = any(_ROLES["force"].search(each.name) for each in source.columns)
-    if not named and len(of["load"]) == 1 and "normal" not in source.columns[of["load"][0]].name.casefold():
-        of["force"], of["load"] = of["load"], []  # a tensile tester pulls by its load
+    names_force = any(_ROLES["force"].search(each.name) for each in source.columns)
+    if not names_force and len(of["load"]) == 1:
+        name = source.columns[of["load"][0]].name.casefold()
+        if "normal" not in name:
+            of["force"], of["load"] = of["load"], []  # a tensile tester pulls by its load
     forces = of["force"] or of["coefficient"]
     if len(forces) > 1:
-        forces = [place for place in forces if _FRICTION.search(source.columns[place].name)] or forces
+        of_friction = [place for place in forces if _FRICTION.search(source.columns[place].name)]
+        forces = of_friction or forces
     positions, times = of["displacement"], of["time"]
     turning = [place for place in positions if _is_turning(source, place)]
-    overs = positions if given.displacement and not (turning and len(times) == 1) else times or positions
+    # A stage that turns is followed over time, its position beside.
+    is_followed_in_time = bool(turning) and len(times) == 1
+    overs = positions if given.displacement and not is_followed_in_time else times or positions
     if len(overs) == len(forces) == 1:
         load = of["load"][0] if of["load"] and forces[0] in of["force"] else None
         position = turning[0] if overs == times and len(turning) == 1 else None
@@ -351,7 +370,9 @@ def noise_deviation(force: Floats, width: int = 1) -> float:
     sizes = [float(np.median(part)) for part in np.array_split(second, parts)]
     # Second differences of white noise have the variance (1 + 4 + 1)σ²; _NORMAL leads from their median size to √6 σ.
     noise = _NORMAL * max(sizes) / math.sqrt(6.0)
-    return max(noise, float(rounding) / math.sqrt(width)) if math.isfinite(rounding) else noise
+    if not math.isfinite(rounding):
+        return noise
+    return max(noise, float(rounding) / math.sqrt(width))
 
 
 def outliers(force: Floats) -> NDArray[np.bool_]:
@@ -362,14 +383,17 @@ def outliers(force: Floats) -> NDArray[np.bool_]:
     the samples around it differ from each other.
     """
     least = NOISE * noise_deviation(force)
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(force, _BESIDE, mode="reflect"), 2 * _BESIDE + 1)
+    padded = np.pad(force, _BESIDE, mode="reflect")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _BESIDE + 1)
     middle = np.median(windows, axis=1)
     spread = _NORMAL * np.median(np.abs(windows - middle[:, None]), axis=1)
     apart = np.diff(windows, axis=1)
     before, behind = apart[:, _BESIDE - 1], -apart[:, _BESIDE]
     smaller = np.minimum(np.abs(before), np.abs(behind))
     lone = np.where(before * behind > 0.0, smaller, 0.0)
-    beside = np.column_stack((apart[:, : _BESIDE - 1], before - behind, apart[:, _BESIDE + 1 :]))
+    # Without the sample its neighbours are next to each other: they differ by `before - behind`.
+    earlier, later = apart[:, : _BESIDE - 1], apart[:, _BESIDE + 1 :]
+    beside = np.column_stack((earlier, before - behind, later))
     others = np.abs(beside).max(axis=1)
     far: NDArray[np.bool_] = np.abs(force - middle) > np.maximum(_BESIDE * spread, least)
     far |= lone > np.maximum(_BESIDE * others, least)
@@ -410,7 +434,9 @@ def limits(force: Floats) -> Limits:
     smallest = float(steps[steps > 0.0].min())
 
     def cut(extreme: float) -> int:
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], force == extreme, [False]))))
+        is_extreme = np.concatenate(([False], force == extreme, [False]))
+        edges = np.flatnonzero(np.diff(is_extreme))
+        # Each run as its first sample and the one after it; how a run at an end of the trace was entered is unknown.
         inner = [(low, high) for low, high in edges.reshape(-1, 2) if low > 0 and high < len(force)]
         runs = [(low, high) for low, high in inner if high - low >= 3]
         jumps = [max(steps[low - 1], steps[high - 1]) for low, high in runs]

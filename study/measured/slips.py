@@ -62,8 +62,11 @@ def end_of_pull(averages: Averaged) -> int:
         whole = drops[-1 if last.ended else -2]
         regular = whole > 0.5 * drops[0] and keeps_sliding(averages)
     if last.ended:
-        level = float(np.median(force[last.trough :]))
-        return last.trough + int(np.argmax(force[last.trough :] >= level)) if regular else 0
+        if not regular:
+            return 0
+        behind = force[last.trough :]
+        level = float(np.median(behind))
+        return last.trough + int(np.argmax(behind >= level))
     above = force >= force[last.peak] - 0.25 * drops[-1]
     high = np.flatnonzero(above[last.peak : last.trough + 1])
     end = last.peak + int(high[-1]) + 1
@@ -78,7 +81,9 @@ def _rests(averages: Averaged) -> bool:
     last, before = slips[-1], slips[-2].trough if len(slips) > 1 else 0
     low = 0.75 * force[last.trough] + 0.25 * force[last.peak]
     fell = last.peak + int(np.argmax(force[last.peak :] <= low))
-    if len(at) - fell < FEWEST_POINTS or abs(np.median(force[fell:])) > LEAST_DROP * force[last.peak]:
+    if len(at) - fell < FEWEST_POINTS:
+        return False
+    if abs(np.median(force[fell:])) > LEAST_DROP * force[last.peak]:
         return False
     raised = rise_rate(at, force, before, last.peak) * (at[-1] - at[fell])
     return bool(raised > 2.0 * max(averages.drop, NOISE * averages.noise))
@@ -168,12 +173,13 @@ def ring_width(trace: Trace, averages: Averaged) -> int:
     pulled = ramp(at, force, float(np.median(force)))
     if len(slips) <= FEWEST or not pulled or not pulled[0] > 0.0:
         return 0
-    rises = [
-        (force[after.peak] - force[slip.trough]) / (at[after.peak] - at[slip.trough]) for slip, after in pairwise(slips)
-    ]
+    troughs = [slip.trough for slip in slips[:-1]]
+    peaks = [slip.peak for slip in slips]
+    rises = (force[peaks[1:]] - force[troughs]) / (at[peaks[1:]] - at[troughs])
     if not np.median(rises) > FASTER_THAN_PULL * pulled[0]:
         return 0
-    width = round(float(np.median(np.diff([slip.peak for slip in slips])))) * averages.width
+    period = round(float(np.median(np.diff(peaks))))
+    width = period * averages.width
     return width if len(trace.at) // width >= FEWEST_POINTS else 0
 
 

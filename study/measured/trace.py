@@ -121,11 +121,15 @@ def measure_trace(
         raise InvalidInput(f"force = a shear stress: needs {need}")
     if trace.unit == "N" and math.isnan(load) and trace.load is not None and has_changing_load(trace.load):
         return _load_line_numbers(trace, trace.load)
-    per = load if trace.unit == "N" and math.isfinite(load) else 1.0
-    newtons = load if math.isfinite(load) else 1.0
-    pull = _Pull("1" if math.isfinite(load) else trace.unit, newtons, load, velocity, damping, rig)
+    has_load = math.isfinite(load)
+    per = load if trace.unit == "N" and has_load else 1.0
+    newtons = load if has_load else 1.0
+    unit = "1" if has_load else trace.unit
+    pull = _Pull(unit, newtons, load, velocity, damping, rig)
     trace = replace(trace, force=trace.force / per)
-    return _stroke_numbers(trace, pull) if two_way(trace.force) else _pull_numbers(trace, pull)
+    if two_way(trace.force):
+        return _stroke_numbers(trace, pull)
+    return _pull_numbers(trace, pull)
 
 
 def _load_line_numbers(trace: Trace, load: Floats) -> TraceNumbers:
