@@ -105,7 +105,7 @@ def computed(out: Path, jobs: int, again: int) -> Iterator[tuple[Bounds, Number]
     for claim in all_claims():
         if claim.campaign not in datasets:
             place = out / (f"again_{again}" if again else "") / claim.campaign
-            datasets[claim.campaign] = nanoslip.run(content_of(claim.campaign, again), place, jobs=jobs)
+            datasets[claim.campaign] = nanoslip.run(content_of(claim.campaign, again), place, jobs=jobs).load()
         yield claim, number(claim, datasets[claim.campaign])
 
 

@@ -59,6 +59,15 @@ def number(dataset: xr.Dataset, between: tuple[float, float], late: bool = False
     return start_mean(of_starts(dataset, event, *between, **case))
 
 
+def contact_growth(dataset: xr.Dataset, **case: Any) -> Number:
+    """By what share of them shear has added nodes to those that the load pressed down: mean over starts, with its ±."""
+    event, added = events_of(dataset, **case)[-1], []
+    for start in dataset["start"].values:
+        touching = int((dataset.nanoslip.contact(event=event, start=start, **case)["pressure"] > 0.0).sum())
+        added.append(touching / dataset["initial_contact_size"].sel(start=start, **case).item() - 1.0)
+    return start_mean(np.array(added))
+
+
 def cases_of(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Each contact but for its start."""
     for scheme in dataset["scheme"].values.tolist():
@@ -122,6 +131,9 @@ NUMBERS: Final[Mapping[str, Any]] = {
     for scheme in ("half_plane", "biquadratic")
     for spread in (0.0, 0.1)
     for label, between, late in (("middle", MIDDLE, False), ("between", BETWEEN, False), ("middle, late", MIDDLE, True))
+} | {
+    f"{scheme}: area": partial(contact_growth, scheme=scheme, n_x=129, spread=0.0)
+    for scheme in ("half_plane", "biquadratic")
 }
 SHARES: Final = CampaignFigure(
     "shares",

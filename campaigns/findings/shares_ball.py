@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import xarray as xr
 from matplotlib.figure import Figure
-from shares import BETWEEN, MIDDLE, TENTHS, densities, number
+from shares import BETWEEN, MIDDLE, TENTHS, contact_growth, densities, number
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
@@ -35,6 +35,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
 NUMBERS: Final[Mapping[str, Any]] = {
     "middle": partial(number, between=MIDDLE, spread=0.0),
     "between": partial(number, between=BETWEEN, spread=0.0),
+    "area": partial(contact_growth, spread=0.0),
 }
 SHARES_BALL: Final = CampaignFigure(
     "shares_ball",
