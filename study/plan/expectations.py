@@ -19,6 +19,7 @@ from nanoslip.solver.sliding.plateau import FEWEST_EVENTS
 from nanoslip.solver.sliding.record import RUN_IN
 from nanoslip.solver.sliding.validity import (
     FLAGS,
+    Flag,
     encode_flags,
     guess_half_width,
     least_plateau,
@@ -66,13 +67,17 @@ def plan_outlook(plan: Plan) -> Outlook:
     """The outlook of a plan."""
     kinds, masks, spans = task_kinds(plan.manifest), list[int](), list[float]()
     for case in (each.case for each in plan.cases):
+        if not case:
+            masks.append(0)
+            continue
         displacement = 0.0
-        if case and "record" in kinds and limits_shear(case):
+        if "record" in kinds and limits_shear(case):
             displacement = estimate_displacement(case)
             spans.append(displacement / case.slab.spacing)
-        if case and case.path:
-            displacement = max(displacement, path_length(case)[-1])
-        masks.append(encode_flags(predict_flags(case, displacement)) if case else 0)
+        mask = encode_flags(predict_flags(case, displacement))
+        if case.path:  # has legs, and no record that could be short
+            mask |= encode_flags(predict_flags(case, path_length(case)[-1])) & ~Flag.short_record.mask
+        masks.append(mask)
     return Outlook(masks, min(spans, default=math.inf), max(spans, default=0.0))
 
 

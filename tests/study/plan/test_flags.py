@@ -118,6 +118,16 @@ def test_a_pin_too_steep_for_its_friction_is_expected_and_ends_so(collected, tmp
     assert not any("steep_pin" in line for line in expected(constant))
 
 
+def test_a_path_alone_has_no_record_that_could_be_short(tmp_path):
+    """A path of a presliding length, and a record as short."""
+    text = "axes.radius = [50.0]\nconstants.intrinsic_friction = 0.05\nensemble.members = 1\n"
+    text += "numerics.n_x = 65\nlimits.presliding = 1\n"
+    record = planned(tmp_path, text + 'stages = ["contact", "slip"]\n')
+    path = planned(tmp_path, text + "path.amplitude = 0.1\n")
+    assert [decode_flags(mask) for mask in plan_outlook(record).masks] == [(Flag.short_record,)]
+    assert plan_outlook(path).masks == [0]
+
+
 def test_what_is_not_computed_has_no_flags(tmp_path):
     found = collect(planned(tmp_path, MAP), Store(tmp_path))
     assert not found["validity_flags"].values.any()
