@@ -81,6 +81,7 @@ def fit_cycles(averages: Averaged, whole: list[int], rates: list[float], damping
         return good
 
     free = fit(None) if damping is None else {}
+    # The fall of a slip takes about half a natural period: its samples show the damping if they are RESOLVED or more.
     resolved = 2.0 * RESOLVED * float(np.median(np.diff(at)))
     own = {number: cycle for number, cycle in free.items() if cycle.period >= resolved}
     own = own if 2 * len(own) >= len(chosen) else {}
@@ -106,7 +107,8 @@ def _is_inside(averages: Averaged, slip: TraceSlip, rate: float, cycle: Cycle) -
     force = averages.trace.force
     high, low = float(force[slip.peak]), float(force[slip.trough])
     share = LEAST_DROP * (high - low)
-    room = share + NOISE * averages.noise + abs(rate) * float(np.diff(cycle.at).max())
+    between_samples = abs(rate) * float(np.diff(cycle.at).max())
+    room = share + NOISE * averages.noise + between_samples
     near = abs(cycle.static - high) <= room and abs(cycle.trough - low) <= room
     between = low - room <= cycle.kinetic <= high + room
     return near and between and cycle.residual**2 <= share**2 + averages.noise**2
@@ -121,15 +123,18 @@ def _cycle(averages: Averaged, number: int, rate: float, damping: float | None) 
     slip = slips[number]
     before = slips[number - 1].trough if number else 0
     behind = slips[number + 1].peak if number + 1 < len(slips) else len(at) - 1
-    around = slice((before + slip.peak) // 2, (slip.trough + behind) // 2 + 1)
-    time, values = at[around], force[around]
+    first, last = (before + slip.peak) // 2, (slip.trough + behind) // 2
+    time, values = at[first : last + 1], force[first : last + 1]
     drop = float(force[slip.peak] - force[slip.trough])
     falls = force[slip.peak : slip.trough + 1]
-    high = slip.peak + int(np.flatnonzero(falls >= force[slip.peak] - 0.25 * drop)[-1])
+    is_high = falls >= force[slip.peak] - 0.25 * drop
+    high = slip.peak + int(np.flatnonzero(is_high)[-1])
     fallen = force[high : slip.trough + 1] <= force[slip.trough] + 0.25 * drop
     low = high + int(np.argmax(fallen))
     length = 3.0 * float(at[low] - at[high])  # of half a cosine, a third of its time is the middle half of its fall
 
+    # Unknown are the start, μ_s, μ_k, ω and ζ, in units of the slip's own length and drop; ω by its logarithm, so that it
+    # stays above 0.
     def motion(unknown: Floats) -> _Motion:
         omega = math.exp(unknown[3]) / length
         start = at[high] + unknown[0] * length
@@ -140,18 +145,20 @@ def _cycle(averages: Averaged, number: int, rate: float, damping: float | None) 
     count = 5 if damping is None else 4
     top = force[slip.peak] / drop
     middle = 0.5 * (force[slip.peak] + force[slip.trough]) / drop
-    first = [-1.0 / 3.0, top, middle, math.log(math.pi), 0.1][:count]
-    limits = [np.inf, np.inf, np.inf, math.log(FASTER), 0.9]
-    ends = np.array(limits[:count])
+    # Half a cosine falls by a quarter in its first third, half a natural period takes the slip's length, ω·length = π.
+    guess = [-1.0 / 3.0, top, middle, math.log(math.pi), 0.1][:count]
+    ends = np.full(count, np.inf)
+    ends[3:] = [math.log(FASTER), 0.9][: count - 3]
 
     def misfit(unknown: Floats) -> Floats:
         return (motion(unknown).force - values) / drop
 
     steps = np.full(count, 1e-6)
-    best = scipy.optimize.least_squares(misfit, first, bounds=(-ends, ends), diff_step=steps, max_nfev=60)
+    best = scipy.optimize.least_squares(misfit, guess, bounds=(-ends, ends), diff_step=steps, max_nfev=60)
     fit = motion(best.x)
     pin = fit.pin
     omega, static = math.sqrt(pin.spring_stiffness), float(best.x[1] * drop)
+    squares = np.mean((fit.force - values) ** 2)
     # The damper pulls a pin at rest with c V = 2ζω · rate/ω².
     return Cycle(
         start=pin.time,
@@ -161,7 +168,7 @@ def _cycle(averages: Averaged, number: int, rate: float, damping: float | None) 
         trough=fit.trough,
         period=2.0 * math.pi / omega,
         damping=pin.damping_ratio,
-        residual=float(np.sqrt(np.mean((fit.force - values) ** 2))),
+        residual=float(np.sqrt(squares)),
         at=time,
         fit=fit.force,
     )
@@ -185,9 +192,11 @@ def _motion(
     stop = pin.first_stop(start + 4.0 * math.pi / omega)
     stop = time[-1] if math.isnan(stop) else stop
     trough = float(stiffness * (stage * stop - pin.compute_position(stop)))
-    moving = stiffness * (stage * time - pin.motion(np.clip(time, start, stop))[0])
+    position, *_ = pin.motion(np.clip(time, start, stop))
+    moving = stiffness * (stage * time - position)
+    before, after = static + rate * (time - start), trough + rate * (time - stop)
+    stuck = np.where(time < start, before, after)
     slides = (time >= start) & (time < stop)
-    stuck = np.where(time < start, static + rate * (time - start), trough + rate * (time - stop))
     return _Motion(np.where(slides, moving, stuck), pin, trough)
 
 
@@ -206,26 +215,31 @@ def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: fl
     """
     time, values = at[begin:], force[begin:]
     period = float(np.median(np.diff(at[peaks])))
-    fall = float(force[peaks[0]] - force[peaks[0] : peaks[1]].min())
+    first_trough = force[peaks[0] : peaks[1]].min()
+    fall = float(force[peaks[0]] - first_trough)
     reached = float(at[begin + int(np.argmax(values >= level))])
     if reached <= float(at[begin]):
         return None
     rate = level / (reached - float(at[begin]))
-    first = [reached, level, level, math.log(2.0 * math.pi / period), 0.05, rate]
+    # The peaks of a pin that rings are a natural period apart.
+    log_omega = math.log(2.0 * math.pi / period)
     scale = np.array([period, fall, fall, 1.0, 1.0, fall / period])
+    guess = np.array([reached, level, level, log_omega, 0.05, rate]) / scale
 
     def misfit(unknown: Floats) -> Floats:
         start, static, kinetic, log_omega, zeta, rate = (unknown * scale).tolist()
-        return (_motion(time, start, static, kinetic, rate, math.exp(log_omega), zeta).force - values) / fall
+        computed = _motion(time, start, static, kinetic, rate, math.exp(log_omega), zeta)
+        return (computed.force - values) / fall
 
     low, high = np.full(6, -np.inf), np.full(6, np.inf)
-    low[4], high[4] = 0.0, 0.9
-    start, steps = np.array(first) / scale, np.full(6, 1e-6)
-    best = scipy.optimize.least_squares(misfit, start, bounds=(low, high), diff_step=steps, max_nfev=100)
+    low[4], high[4] = 0.0, 0.9  # ζ
+    steps = np.full(6, 1e-6)
+    best = scipy.optimize.least_squares(misfit, guess, bounds=(low, high), diff_step=steps, max_nfev=100)
     left = float(np.mean(best.fun**2))
     if left > LEAST_DROP**2:
         return None
     slopes = np.asarray(best.jac)
     # Covariance of least squares: (JᵀJ)⁻¹ times the mean squared residual.
-    errors = scale * np.sqrt(np.diag(np.linalg.pinv(slopes.T @ slopes)) * left)
+    covariance = np.linalg.pinv(slopes.T @ slopes)
+    errors = scale * np.sqrt(np.diag(covariance) * left)
     return StaticForce(float(best.x[1] * scale[1]), float(errors[1]))

@@ -75,7 +75,8 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
         return None
     force = _forces_along_strokes(position, force, strokes)
     first, last = strokes[0].first, strokes[0].last
-    begin, end = float(force[first : first + 3].mean()), float(force[last - 3 : last].mean())
+    begin = float(force[first : first + 3].mean())
+    end = float(force[last - 3 : last].mean())
     begins_at_rest = abs(begin) < abs(end) / 2.0
     if begins_at_rest and len(strokes) > 2:
         strokes, begins_at_rest = strokes[1:], False
@@ -83,13 +84,15 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     works = [newtons * _work(position, force, stroke) for stroke in strokes]
     cycles = list(pairwise(range(len(strokes))))
     energies = [works[low] + works[high] for low, high in cycles]
+    # Half of the difference between there and back: an offset of the force is the same in both, and drops out.
+    ways = [strokes[low].way / 2.0 for low, _ in cycles]
     ends = [_contacts_at_turns(position, force, stroke) for stroke in strokes]
-    swings = [(ends[low] - ends[high]) * strokes[low].way / 2.0 for low, high in cycles]
+    swings = [(ends[low] - ends[high]) * way for (low, high), way in zip(cycles, ways, strict=True)]
     reaches = [abs(position[stroke.last] - position[stroke.first]) / 2.0 for stroke in strokes[:-1]]
     # The rig between stage and contact takes up a part of the stage's amplitude.
     amplitudes = [reach - swing * soft for reach, swing in zip(reaches, swings, strict=True)]
     middles = [_mean_within_shares(position, force, stroke, *MIDDLE) for stroke in strokes]
-    halves = [(middles[low] - middles[high]) * strokes[low].way / 2.0 for low, high in cycles]
+    halves = [(middles[low] - middles[high]) * way for (low, high), way in zip(cycles, ways, strict=True)]
     widths = [_width(position, force, strokes[low], strokes[high]) for low, high in cycles]
     slopes = [_slope_after_turn(position, force, stroke) for stroke in strokes[1:]]
     slopes = [slope for slope in slopes if math.isfinite(slope)]
@@ -102,9 +105,9 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     slides: bool | None = None
     if ratio.of and float(np.ptp(force)) > NOISE * noise_deviation(force):
         slides = ratio.value > SLIDES_FROM
-    friction, slip = mean_with_error([], unit), mean_with_error([], "m")
-    if slides:
-        friction, slip = mean_with_error(_separate(halves), unit), mean_with_error(_separate(widths), "m")
+    # A loop whose contact only yields has no friction of sliding and no slip.
+    friction = mean_with_error(_separate(halves) if slides else [], unit)
+    slip = mean_with_error(_separate(widths) if slides else [], "m")
     moved = [amplitude for amplitude in amplitudes if amplitude > 0.0]
     found = {
         "cycle_energy": mean_with_error(_separate(energies), "J"),
@@ -122,10 +125,13 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
 
 def _forces_along_strokes(position: Floats, force: Floats, strokes: Sequence[LoopStroke]) -> Floats:
     """Forces that act along the stroke towards larger positions: the sign of a cell is not known."""
-    along = sum(stroke.way * float(force[stroke.first : stroke.last].mean()) for stroke in strokes)
+    # Friction has the sign of the way; the force of a contact that only yields rises with the position.
+    means = [float(force[stroke.first : stroke.last].mean()) for stroke in strokes]
+    along = sum(stroke.way * mean for stroke, mean in zip(strokes, means, strict=True))
     rises = float(np.polyfit(position - position.mean(), force, 1)[0])
-    sliding = abs(along) > 0.1 * len(strokes) * float(np.abs(force).mean())
-    return force * math.copysign(1.0, along if sliding else rises)
+    size = len(strokes) * float(np.abs(force).mean())
+    is_sliding = abs(along) > 0.1 * size
+    return force * math.copysign(1.0, along if is_sliding else rises)
 
 
 def _separate(values: Sequence[float]) -> list[float]:
@@ -137,7 +143,8 @@ def _work(position: Floats, force: Floats, stroke: LoopStroke) -> float:
     """Integral of the force over the way of a stroke."""
     samples = slice(stroke.first, stroke.last + 1)
     steps, forces = np.diff(position[samples]), force[samples]
-    return float(np.sum(steps * (forces[1:] + forces[:-1]) / 2.0))
+    trapezia = steps * (forces[1:] + forces[:-1]) / 2.0
+    return float(np.sum(trapezia))
 
 
 def _shares(position: Floats, stroke: LoopStroke) -> Floats:
@@ -150,7 +157,8 @@ def _shares(position: Floats, stroke: LoopStroke) -> Floats:
 def _mean_within_shares(position: Floats, force: Floats, stroke: LoopStroke, low: float, high: float) -> float:
     """Mean force between two shares of a stroke's way; NaN of no sample."""
     shares = _shares(position, stroke)
-    chosen = force[stroke.first : stroke.last + 1][(shares >= low) & (shares <= high)]
+    is_within = (shares >= low) & (shares <= high)
+    chosen = force[stroke.first : stroke.last + 1][is_within]
     return float(chosen.mean()) if len(chosen) else math.nan
 
 
@@ -173,7 +181,8 @@ def _width(position: Floats, force: Floats, there: LoopStroke, back: LoopStroke)
 
 def _place_of_zero(position: Floats, force: Floats, stroke: LoopStroke) -> float:
     """The position where the force of a stroke passes zero for the first time; of noise the middle of all such places."""
-    forces, own = force[stroke.first : stroke.last + 1], position[stroke.first : stroke.last + 1]
+    samples = slice(stroke.first, stroke.last + 1)
+    forces, own = force[samples], position[samples]
     signs = stroke.way * forces >= 0.0
     passed = np.flatnonzero(~signs[:-1] & signs[1:])
     if not len(passed):
@@ -190,9 +199,13 @@ def _slope_after_turn(position: Floats, force: Floats, stroke: LoopStroke) -> fl
     own = position[stroke.first : stroke.last + 1]
     begin = float(forces[:3].mean())
     level = float(np.median(forces[len(forces) // 2 :]))
-    gone = (forces - begin) / (level - begin) if level > begin else np.zeros(len(forces))
+    if not level > begin:
+        return math.nan
+    gone = (forces - begin) / (level - begin)
     past = np.flatnonzero(gone > UNLOADED[1])
-    within = np.flatnonzero(gone[: past[0] if len(past) else 0] >= UNLOADED[0])
+    if not len(past):
+        return math.nan
+    within = np.flatnonzero(gone[: past[0]] >= UNLOADED[0])
     if len(within) < 2:
         return math.nan
     chosen = slice(int(within[0]), int(within[-1]) + 1)
@@ -211,4 +224,5 @@ def _less_rig(stiffness: Measured, rig: float) -> Measured:
         return Measured(math.nan, math.nan, 0, stiffness.unit)
     # Springs in series: 1/k = 1/k_contact + 1/k_rig, so errors grow by (k_contact/k)².
     contact = 1.0 / (1.0 / stiffness.value - 1.0 / rig)
-    return stiffness._replace(value=contact, uncertainty=stiffness.uncertainty * (contact / stiffness.value) ** 2)
+    uncertainty = stiffness.uncertainty * (contact / stiffness.value) ** 2
+    return stiffness._replace(value=contact, uncertainty=uncertainty)

@@ -35,7 +35,8 @@ def independent(values: Floats) -> Floats:
     """The values, or means of batches of neighbours if these are correlated. The mean of all ± the error of these is theirs."""
     if not has_correlation(values):
         return values
-    return np.array([part.mean() for part in np.array_split(values, VALUE_BATCHES)])
+    batches = np.array_split(values, VALUE_BATCHES)
+    return np.array([batch.mean() for batch in batches])
 
 
 def has_correlation(values: Floats) -> bool:
@@ -45,7 +46,8 @@ def has_correlation(values: Floats) -> bool:
     if count <= 2 * VALUE_BATCHES or squares == 0.0:
         return False
     # About the correlation of neighbours: for n independent values 0 ± √((n - 2)/(n² - 1)).
-    alike = 1.0 - float(np.sum(np.diff(values) ** 2)) / (2.0 * squares)
+    differences = float(np.sum(np.diff(values) ** 2))
+    alike = 1.0 - differences / (2.0 * squares)
     least = float(scipy.special.ndtri(1.0 - REJECTED))
     return alike > least * math.sqrt((count - 2.0) / (count**2 - 1.0))
 
@@ -62,9 +64,12 @@ def mean_of_cycles(
     kept[:1] &= len(starts) <= FEWEST  # the first slip is from rest
     if not kept.any():
         return {}
-    work = np.diff(np.interp(starts, at, _impulse(at, force)))[kept]
+    impulse = np.interp(starts, at, _impulse(at, force))
+    work = np.diff(impulse)[kept]
     lasts = np.diff(starts)[kept]
-    if len(lasts) > 1 and has_correlation(work - work.sum() / lasts.sum() * lasts):
+    # The mean is a ratio of sums: its error is that of the work of each cycle less the mean over its time.
+    excess = work - work.sum() / lasts.sum() * lasts
+    if len(lasts) > 1 and has_correlation(excess):
         work, lasts = _batch_sums(work), _batch_sums(lasts)
     without: Any = []
     if len(lasts) > 1:
@@ -74,7 +79,8 @@ def mean_of_cycles(
 
 
 def _batch_sums(values: Floats) -> Floats:
-    return np.array([batch.sum() for batch in np.array_split(values, VALUE_BATCHES)])
+    batches = np.array_split(values, VALUE_BATCHES)
+    return np.array([batch.sum() for batch in batches])
 
 
 def _impulse(at: Floats, force: Floats) -> Floats:
@@ -95,7 +101,8 @@ def mean_with_error(values: Sequence[float] | Floats, unit: str) -> Measured:
 def steady_mean(at: Floats, force: Floats, unit: str) -> tuple[Measured, float, float]:
     """Mean of the force while it is steady, with the ± of eight parts; its start; and its relative change if it is not."""
     edges = np.linspace(at[0], at[-1], BINS + 1)
-    bins = np.diff(np.interp(edges, at, _impulse(at, force))) / np.diff(edges)
+    impulse = np.interp(edges, at, _impulse(at, force))
+    bins = np.diff(impulse) / np.diff(edges)
     blocks, complaint = steady_blocks(bins)
     means = blocks.reshape(8, -1).mean(axis=1)
     change = math.nan

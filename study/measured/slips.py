@@ -209,8 +209,9 @@ def breakaway(at: Floats, force: Floats, level: float) -> Breakaway | None:
     low = begin_of_rise(force, top)
     width = max(_ON_LINE, (top - low) // 16)
     sums = np.concatenate(([0.0], np.cumsum(force)))
-    after = np.arange(top, min(top + (top - low), len(force) - width))
-    if 2 * width > top - low or not len(after):
+    ramp_length = top - low
+    after = np.arange(top, min(top + ramp_length, len(force) - width))
+    if 2 * width > ramp_length or not len(after):
         return None
     # Sum of `width` samples before each place, less that of as many after it.
     falls = 2.0 * sums[after] - sums[after - width] - sums[after + width]
@@ -219,8 +220,10 @@ def breakaway(at: Floats, force: Floats, level: float) -> Breakaway | None:
     middle = at[sample - 1 : sample + 1].mean()
     line, scatter = np.polyfit(at[before] - middle, force[before], 1, cov=True)
     slides = force[sample + width :]
-    means = slides[: len(slides) // width * width].reshape(-1, width).mean(axis=1)
+    whole = len(slides) // width * width
+    means = slides[:whole].reshape(-1, width).mean(axis=1)
     spread = float(means.std(ddof=1)) if len(means) > FEWEST else math.inf
+    # A line through 2·width samples has two numbers of its own: Student's t with 2·width - 2 degrees of freedom.
     quantile = float(scipy.special.stdtrit(2 * width - 2, ONE_SIGMA))
     scattered = math.sqrt(scatter[1, 1]) * quantile
     step = line[0] * (at[sample] - at[sample - 1])
@@ -234,10 +237,11 @@ def _sample_of_break(at: Floats, force: Floats, about: int, width: int) -> int:
     sample."""
 
     def misfit(sample: int) -> float:
-        ends = (about - 2 * width, sample), (sample, min(about + 2 * width, len(force)))
+        edges = (about - 2 * width, sample, min(about + 2 * width, len(force)))
         misses = []
-        for first, last in ends:
-            _, squares, *_ = np.polyfit(at[first:last] - at[about], force[first:last], 1, full=True)
+        for first, last in pairwise(edges):
+            time = at[first:last] - at[about]
+            _, squares, *_ = np.polyfit(time, force[first:last], 1, full=True)
             misses.append(float(squares.sum()))
         return sum(misses)
 

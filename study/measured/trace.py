@@ -158,9 +158,8 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
         rate = drift.value
         trace = trace.without(0.0, rate)
         middle, strokes = _cut(trace.force)
-        numbers["force_drift"] = drift._replace(
-            unit=f"{'N ' if pull.unit == 'N' else ''}{_units(trace, pull)['over']}-1"
-        )
+        force_unit = "N " if pull.unit == "N" else ""
+        numbers["force_drift"] = drift._replace(unit=f"{force_unit}{_units(trace, pull)['over']}-1")
         few = "few_" if len(strokes) == 2 else ""
         flags.append(TraceFlag(f"{few}strokes_drift", {"rate": rate, **_units(trace, pull)}))
     parts = [trace.part(stroke.first, stroke.last, stroke.sign, middle) for stroke in strokes]
@@ -178,9 +177,12 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
             ways[stroke.sign].append(one.numbers[level].value)
     pairs = zip(ways[1.0], ways[-1.0], strict=False)
     halves = [middle + (there - back) / 2.0 for there, back in pairs]
-    numbers |= {"force_offset": mean_with_error(halves, pull.unit)} if halves else {}
-    offset = float(np.mean(halves)) if halves else middle
-    unlike = {flag.name: flag for one in found for flag in one.flags if flag.name not in OF_PLACES}
+    offset = middle
+    if halves:
+        numbers["force_offset"] = mean_with_error(halves, pull.unit)
+        offset = float(np.mean(halves))
+    flags_of_parts = [flag for one in found for flag in one.flags]
+    unlike = {flag.name: flag for flag in flags_of_parts if flag.name not in OF_PLACES}
     loops = None
     if trace.position is not None:
         newtons = trace.mean_load if math.isfinite(trace.mean_load) else pull.newtons
@@ -193,10 +195,17 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
         unlike = {}
     if loops:
         numbers |= loops.numbers
-        flags += [TraceFlag("as_stiff_as_rig", {})] if loops.rigid else []
-        flags += [TraceFlag("open_loop", {})] if loops.begins_at_rest else []
-    spans = tuple(StrokeSpan(trace.at[one.first], trace.at[one.last - 1], one.sign) for one in strokes)
-    return TraceNumbers(numbers, (), (*flags, *unlike.values()), offset, rate, spans, loops)
+        flags += _loop_flags(loops)
+    flags += unlike.values()
+    spans = [StrokeSpan(trace.at[one.first], trace.at[one.last - 1], one.sign) for one in strokes]
+    return TraceNumbers(numbers, (), tuple(flags), offset, rate, tuple(spans), loops)
+
+
+def _loop_flags(loops: Loops) -> Iterator[TraceFlag]:
+    if loops.rigid:
+        yield TraceFlag("as_stiff_as_rig", {})
+    if loops.begins_at_rest:
+        yield TraceFlag("open_loop", {})
 
 
 def _cut(force: Floats) -> tuple[float, list[Stroke]]:
@@ -221,11 +230,12 @@ def common_drift(trace: Trace, strokes: Sequence[Stroke]) -> Measured:
     for stroke in strokes:
         own = slice(stroke.first, stroke.last)
         at, force = trace.at[own], trace.force[own]
-        place = stroke.sign * (at - at.mean()) if trace.position is None else trace.position[own]
+        place = trace.position[own] if trace.position is not None else stroke.sign * (at - at.mean())
         edges = _edges_of_means(trace.part(stroke.first, stroke.last, stroke.sign))
         for low, high in pairwise(edges):
-            centre, along, mean = (float(values[low:high].mean()) for values in (at, place, force))
-            rows.append((stroke.sign, centre, stroke.sign * along, mean))
+            centre = float(at[low:high].mean())
+            along = stroke.sign * float(place[low:high].mean())
+            rows.append((stroke.sign, centre, along, float(force[low:high].mean())))
     signs, centres, along_way, means = np.array(rows).T
     columns = [signs, np.ones(len(signs)), centres - trace.at[0]]
     if len(strokes) > 2:
@@ -281,10 +291,12 @@ def _ringing_numbers(trace: Trace, width: int, pull: _Pull) -> TraceNumbers:
     Where in a period the pin breaks away is not known: ± of μ_s has what the force rises in one.
     """
     found = _pull_numbers(trace.average(width), pull)
-    period, numbers = width * float(np.median(np.diff(trace.at))), dict(found.numbers)
+    period = width * float(np.median(np.diff(trace.at)))
+    numbers = dict(found.numbers)
     if static := numbers.get("static_friction"):
         (rate,) = ramp(trace.at, trace.force, float(np.median(trace.force)))
-        numbers["static_friction"] = static._replace(uncertainty=math.hypot(static.uncertainty, rate * period))
+        uncertainty = math.hypot(static.uncertainty, rate * period)
+        numbers["static_friction"] = static._replace(uncertainty=uncertainty)
     flag = TraceFlag("cell_rings", {"period": period, **_units(trace, pull)})
     return replace(found, numbers=numbers, flags=(flag, *found.flags))
 
@@ -323,13 +335,15 @@ def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
             flags.append(TraceFlag("inertia", {"peak": peak, **_units(trace, pull)}))
             if ringing:
                 numbers["static_friction"] = Measured(*ringing, 1, pull.unit)
-                breaks = int(np.argmax(force >= min(ringing.force, float(force[peaks[0]]))))
+                broken = min(ringing.force, peak)
+                breaks = int(np.argmax(force >= broken))
                 rates = [rise_rate(at, force, 0, breaks)] if breaks > FEWEST else []
     if rates:
         slopes = pull.newtons * np.array(rates[1:] or rates)
         numbers |= _stiffness(trace, slopes, pull.velocity, pull.load)
     if any(cut):
-        numbers = _numbers_within_limits(numbers, cut, np.array([force[slip.peak] for slip in slips]), pull.unit)
+        peaks_of_slips = np.array([force[slip.peak] for slip in slips])
+        numbers = _numbers_within_limits(numbers, cut, peaks_of_slips, pull.unit)
         flags = [TraceFlag("sensor_limit", {"low": cut.low, "high": cut.high})]
     if not (FRICTIONS & numbers.keys() or SILENCING & {flag.name for flag in flags}):
         flags.append(TraceFlag("no_friction", {}))
@@ -338,13 +352,16 @@ def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
 
 def _decays(force: Floats, slips: Sequence[TraceSlip]) -> bool:
     """True if each peak is below the peak before: a pin that slides on and rings, and does not stick again."""
-    return bool((np.diff(force[[slip.peak for slip in slips]]) < 0.0).all())
+    peaks = force[[slip.peak for slip in slips]]
+    return bool((np.diff(peaks) < 0.0).all())
 
 
 def _numbers_within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Floats, unit: str) -> dict[str, Measured]:
     """The numbers that do not need the forces beyond a sensor's limit; μ_s is then the mean of the largest samples."""
     kept = {name: numbers[name] for name in ("stick_slip_period",) if name in numbers}
-    return kept if cut.high or not len(peaks) else {"static_friction": mean_with_error(peaks, unit), **kept}
+    if cut.high or not len(peaks):
+        return kept
+    return {"static_friction": mean_with_error(peaks, unit), **kept}
 
 
 def _sample_numbers(at: Floats, force: Floats, slips: Sequence[TraceSlip], unit: str, over: str) -> dict[str, Measured]:
@@ -400,17 +417,21 @@ CHANCE: Final = 1e-3
 
 def samples_in_period(force: Floats) -> float:
     """Samples in a period of a force that is not white noise (Fisher, Proc. R. Soc. A 125, 54, 1929); infinite if it is."""
-    power = np.abs(np.fft.rfft(force - force.mean())[1:]) ** 2
+    amplitudes = np.fft.rfft(force - force.mean())[1:]
+    power = np.abs(amplitudes) ** 2
     if len(power) < 2 or not power.sum() > 0.0:
         return math.inf
     share = power.max() / power.sum()
     # The largest of n exponentially distributed powers exceeds this share of their sum with at most this probability.
     by_chance = len(power) * (1.0 - share) ** (len(power) - 1)
-    return len(force) / (int(power.argmax()) + 1.0) if by_chance < CHANCE else math.inf
+    if not by_chance < CHANCE:
+        return math.inf
+    return len(force) / (int(power.argmax()) + 1.0)
 
 
 def _units(trace: Trace, pull: _Pull) -> dict[str, float | str]:
-    return {"unit": "" if pull.unit == "1" else f" {pull.unit}", "over": "s" if trace.over == "time" else "m"}
+    unit = "" if pull.unit == "1" else f" {pull.unit}"
+    return {"unit": unit, "over": "s" if trace.over == "time" else "m"}
 
 
 def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Measured]:
@@ -424,10 +445,13 @@ def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Meas
 
     def mean(of: Callable[[Cycle], float], unit: str) -> Measured:
         own = mean_with_error([of(cycle) for cycle in fitted.free or cycles], unit)
-        return own._replace(value=float(np.mean([of(cycle) for cycle in cycles])))
+        value = np.mean([of(cycle) for cycle in cycles])
+        return own._replace(value=float(value))
 
     together = fitted.together()
-    periods = (np.diff([cycle.start for cycle in cycles]) / np.diff(fitted.chosen))[together]
+    starts = [cycle.start for cycle in cycles]
+    # Slips between two chosen ones share the time between these.
+    periods = (np.diff(starts) / np.diff(fitted.chosen))[together]
     if len(periods) > 1 and together[0]:
         periods = periods[1:]
     kinetic, natural = mean_with_error([], unit), mean_with_error([], time)
