@@ -442,10 +442,15 @@ class Finished:
 
     def results(self, keys: CaseTasks) -> Results:
         """Results of a case without its compliance. keys: of its tasks."""
-        there = {task: key for task, key in keys.items() if key in self._known and task[0] != "compliance"}
-        found = {task: result for task, key in there.items() if (result := self._store.find(key))}
-        for task in there.keys() - found.keys():  # damaged since
-            del self._known[keys[task]]
+        found: dict[tuple[str, str], TaskResult] = {}
+        for task, key in keys.items():
+            if key not in self._known or task[0] == "compliance":
+                continue
+            result = self._store.find(key)
+            if result:
+                found[task] = result
+            else:  # damaged since
+                del self._known[key]
         return found
 
     def outcomes(self, keys: CaseTasks) -> dict[str, Outcome]:
@@ -463,7 +468,9 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
 
     Raises StoreError. heard: callback, called with the number of collected cases.
     """
-    manifest, layout, runs = plan.manifest, case_layout(plan.manifest), _runs(plan.manifest, store.folder)
+    manifest = plan.manifest
+    layout = case_layout(manifest)
+    runs = _runs(manifest, store.folder)
     table = CaseVariables(manifest, layout, [each.group for each in runs])
     finished, origins = Finished(plan, store), dict[str, Origins]()
     drives = {drive.label: drive.drive for drive in manifest.drives}
@@ -478,18 +485,22 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
         table.enter_software(place, results)
         if case.case is not None:
             names = {name for _, name in results}
-            by = {name: variables.factors(case.case, manifest.scales, drives.get(name)) for name in names}
+            by: dict[str, Mapping[str, float]] = {}
+            for name in names:
+                by[name] = variables.factors(case.case, manifest.scales, drives.get(name))
             for (_, name), result in results.items():
                 table.enter(place, case.case, name, result, by[name])
             for each in runs:
                 for name in drives if each.group.driven else ("",):
-                    parts = [results[kind, name] for kind in each.group.kinds if (kind, name) in results]
+                    tasks = [(kind, name) for kind in each.group.kinds]
+                    parts = [results[task] for task in tasks if task in results]
                     if parts:
                         run = each.add(parts, by[name], case.case_id, name)
                         table.put(each.group.id.name, place, name, run)
         heard(number)
     counts = census(origins.values())  # a result counts once, however many cases share it
-    root = xr.Dataset(table.variables(), coordinates(manifest, plan.cases, layout), _attributes(manifest, counts))
+    along = coordinates(manifest, plan.cases, layout)
+    root = xr.Dataset(table.variables(), along, _attributes(manifest, counts))
     groups = {each.group.name: each.dataset() for each in runs}
     return carrying(root, groups | {variables.SOFTWARE[0].name: software_group(counts)})
 

@@ -50,9 +50,12 @@ def encode_texts(variable: xr.Variable, table: TextsByName) -> xr.Variable:
         kind: type[np.integer[Any]] = np.int8
         marks = {_STORED: _WORD}
     else:
-        codes, kind, marks = {text: _name_text(text, table) for text in different}, np.int64, {_STORED: _NAME}
+        codes = {text: _name_text(text, table) for text in different}
+        kind = np.int64
+        marks = {_STORED: _NAME}
     numbers = np.fromiter((codes[str(text)] for text in values), kind, len(values))
-    return xr.Variable(variable.dims, numbers.reshape(variable.shape), {**variable.attrs, **marks})
+    numbers = numbers.reshape(variable.shape)
+    return xr.Variable(variable.dims, numbers, {**variable.attrs, **marks})
 
 
 def _name_text(text: str, table: TextsByName) -> int:
@@ -86,8 +89,11 @@ def decode_texts(variable: xr.Variable, table: Mapping[int, str]) -> xr.Variable
     if None in found:
         raise ValueError(f"numbers without a meaning in {_WORD}")
     attributes = {name: each for name, each in variable.attrs.items() if name != _STORED}
-    encoding = {"dtype": "S1", **{name: each for name, each in variable.encoding.items() if name == "source"}}
-    texts = np.array([*found, ""], object)[:-1][places.reshape(numbers.shape)]
+    encoding: dict[str, Any] = {"dtype": "S1"}
+    if "source" in variable.encoding:
+        encoding["source"] = variable.encoding["source"]
+    different_texts = np.array([*found, ""], object)[:-1]
+    texts = different_texts[places.reshape(numbers.shape)]
     return xr.Variable(variable.dims, texts, attributes, encoding)
 
 

@@ -404,18 +404,21 @@ def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantit
         members = found[quantity.members][:, 0].astype(int)
     if quantity.alike:
         starts = found[quantity.alike]
-        same = (starts == starts[:, :1]).all(axis=1) & (members == values.shape[1])
-        mean, uncertainty = np.where(same, (mean, uncertainty), np.nan)
+        are_alike = (starts == starts[:, :1]).all(axis=1)
+        counts = are_alike & (members == values.shape[1])
+        mean, uncertainty = np.where(counts, (mean, uncertainty), np.nan)
     unknown = ~(uncertainty > ROUNDING * np.abs(mean))  # members do not differ
     uncertainty = np.where(unknown, np.nan, uncertainty)
-    return Known(mean, uncertainty, np.where(np.isnan(mean), np.nan, shared), members)
+    shared = np.where(np.isnan(mean), np.nan, shared)
+    return Known(mean, uncertainty, shared, members)
 
 
 def alike_starts(found: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
     """True for records of which all members have the same events: one start, of which no mean has a ±. found: as above."""
     stated = np.array([found[name] for name, _ in scalars("record") if name in found])
     counts = np.where(stated == np.floor(stated), stated, np.nan)  # not the grid, which may have followed the pin
-    most, least = np.fmax.reduce(counts, axis=2), np.fmin.reduce(counts, axis=2)
+    most = np.fmax.reduce(counts, axis=2)
+    least = np.fmin.reduce(counts, axis=2)
     differ: NDArray[np.bool_] = (most > least).any(axis=0)
     return ~differ
 
@@ -499,11 +502,14 @@ def missing_error_reasons(dataset: xr.Dataset, names: Iterable[str]) -> str:
         error = whole.get(f"{name}_uncertainty")
         if error is None:
             continue
-        lacking = whole[name].notnull() & ~(error > ROUNDING * abs(whole[name]))
+        value = whole[name]
+        is_certain = error > ROUNDING * abs(value)
+        lacking = value.notnull() & ~is_certain
         if not bool(lacking.any()):
             continue
         having, used = member_count_text(dataset, name) or (1, 1)
-        several, shared = lacking & (used != 1) & ~(having < used), whole.get(f"{name}{SHARED_ERROR}")
+        several = lacking & (used != 1) & ~(having < used)
+        shared = whole.get(f"{name}{SHARED_ERROR}")
         unknown = several & (False if shared is None else shared.isnull())
         unknown_share = _UNKNOWN_SHARE.get(sharing().get(name, ""), "records too short for it")
         reasons = {
@@ -589,13 +595,17 @@ class Runs:
             pairs = [(each, result) for result in parts for each in series if each.kind == result.kind]
             count = 0
             for each, result in pairs:
-                runs = [(_run(result, name, each), quantity) for name, quantity in each.columns.items()]
-                count += runs[0][0].size
-                for run, quantity in runs:
-                    self._columns[quantity.name].add(run * factors[quantity.per] if quantity.per else run)
+                runs = {name: _run(result, name, each) for name in each.columns}
+                count += next(iter(runs.values())).size
+                for name, quantity in each.columns.items():
+                    factor = factors[quantity.per] if quantity.per else None
+                    values = runs[name] if factor is None else runs[name] * factor
+                    self._columns[quantity.name].add(values)
             self._counts[sample].append(count)
         self._owners.append((case_id, drive))
-        name = keys[0][:NAME_LENGTH] if len(keys) == 1 else content_hash(keys, length=NAME_LENGTH)
+        name = keys[0][:NAME_LENGTH]
+        if len(keys) > 1:
+            name = content_hash(keys, length=NAME_LENGTH)
         return self._names.setdefault(keys, name)
 
     def _has_columns(self, result: TaskResult) -> bool:
@@ -609,16 +619,19 @@ class Runs:
         for sample, series in self.group.samples.items():
             count = series[0].count
             counts = np.array(self._counts[sample], np.int64)
-            found[count.name] = (self.group.name, counts, {**attributes(count), "sample_dimension": sample})
+            described = attributes(count) | {"sample_dimension": sample}
+            found[count.name] = (self.group.name, counts, described)
         for name, quantity in self.group.columns.items():
-            found[name] = (quantity.along, self._columns[name].values(quantity.dtype), attributes(quantity))
+            values = self._columns[name].values(quantity.dtype)
+            found[name] = (quantity.along, values, attributes(quantity))
         labels = texts(self._names.values())
         found[self.group.name] = (self.group.name, labels, attributes(self.group.label))
         for number, owner in enumerate(self.group.owners):
             owners = texts(names[number] for names in self._owners)
             found[owner.name] = (self.group.name, owners, attributes(owner))
-        places = [name for name, quantity in self.group.columns.items() if quantity.coordinate]
-        return xr.Dataset(found).set_coords([*places, *(owner.name for owner in self.group.owners)])
+        coordinates = [name for name, quantity in self.group.columns.items() if quantity.coordinate]
+        coordinates += [owner.name for owner in self.group.owners]
+        return xr.Dataset(found).set_coords(coordinates)
 
 
 def _once(results: list[TaskResult]) -> list[TaskResult]:
@@ -636,7 +649,8 @@ def _arrays(result: TaskResult, series: Series) -> Mapping[str, Any]:
         return {}
     outcomes = result.members or (result.outcome,) * count
     unknown = dict.fromkeys(series.columns, [np.nan] * count)  # numbers of a part that an older version did not have
-    return {**unknown, **result.scalars, MEMBER_OUTCOME.name: [_PLACES[each.ending] for each in outcomes]}
+    endings = [_PLACES[each.ending] for each in outcomes]
+    return {**unknown, **result.scalars, MEMBER_OUTCOME.name: endings}
 
 
 _PLACES: Final = {ending: place for place, ending in enumerate(Ending)}

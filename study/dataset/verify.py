@@ -258,7 +258,8 @@ class Recomputed:
         differences = [self._scalar(name, kept, now, rounding) for name in self._names]
         for runs in self._groups:
             name = runs.group.id.name
-            kept_ids, now_ids = (root.variables[name].isel(place).values.ravel() for root in (self._found, self._again))
+            kept_ids = self._found.variables[name].isel(place).values.ravel()
+            now_ids = self._again.variables[name].isel(place).values.ravel()
             for one, other in zip(kept_ids, now_ids, strict=True):
                 found = self._soften(runs, runs.columns(one, other, rounding))
                 differences += runs.owners(one, other) + found
@@ -275,11 +276,13 @@ class Recomputed:
         return [Difference(f"the {runs.group.name}", Verdict.NOT_JUDGED, np.inf)]
 
     def _scalar(self, name: str, kept: _Values, now: _Values, rounding: float) -> Difference:
-        scale, both = self._scale(name), (kept[name].values, now[name].values)
+        scale = self._scale(name)
+        both = (kept[name].values, now[name].values)
         found = compare_values(name, *both, scale, rounding)
         if found.verdict is not Verdict.DIFFERENT:
             return found
-        if name in _CAUSE_OF and (not self._same_software or _alike(kept[_CAUSE_OF[name]], now[_CAUSE_OF[name]])):
+        cause = _CAUSE_OF.get(name)
+        if cause and (not self._same_software or _alike(kept[cause], now[cause])):
             return replace(found, verdict=Verdict.WITHIN)  # messages differ in words or in values alone
         if self._same_bits or not _is_of_chains(name):
             return found
@@ -287,7 +290,8 @@ class Recomputed:
             return replace(found, verdict=Verdict.NOT_JUDGED)
         error = f"{name}_uncertainty"
         errors = (kept[error].values, now[error].values) if error in kept else UNKNOWN
-        return replace(found, verdict=find_verdict(*both, scale, errors, STANDARD_ERRORS)[0], words="")
+        verdict, *_ = find_verdict(*both, scale, errors, STANDARD_ERRORS)
+        return replace(found, verdict=verdict, words="")
 
     def _scale(self, name: str) -> float:
         """Magnitude of what a variable is a difference of: of a ± the number's, of forces that cancel the load."""

@@ -201,7 +201,7 @@ class Question:
         files = {**self.manifest.files}
         if names:
             for table in TABLES:
-                document[table] = _without(document.get(table, {}), names)
+                document[table] = _drop_words(document.get(table, {}), names)
             document = {key: value for key, value in document.items() if value or key not in TABLES}
             document["table"] = TABLE
             files["table"] = rows_as_csv((names, *rows))
@@ -300,18 +300,18 @@ def _require_measured(target: Target) -> None:
         raise ManifestError.of(f"{target.name} = {target.value:g} ± {target.error:g}", need=need)
 
 
-def _without(table: Mapping[str, Any], words: Container[str]) -> dict[str, Any]:
+def _drop_words(table: Mapping[str, Any], words: Container[str]) -> dict[str, Any]:
     return {word: value for word, value in table.items() if word not in words}
 
 
 def _document_without_axes(given: Mapping[str, Any], asked: Container[str]) -> dict[str, Any]:
     """A manifest's document without its design and the parameters asked for; each drive has a name."""
-    document = _without(given, _DESIGN)
+    document = _drop_words(given, _DESIGN)
     tables: list[dict[str, Any]] = given.get("drives", [{}] if "drive_axes" in given else [])
     document["drives"] = [{"name": DEFAULT, **each} for each in tables]
-    document["drive_axes"] = _without(given.get("drive_axes", {}), asked)
+    document["drive_axes"] = _drop_words(given.get("drive_axes", {}), asked)
     for table in TABLES:
-        document[table] = _without(given.get(table, {}), asked)
+        document[table] = _drop_words(given.get(table, {}), asked)
     return document
 
 
@@ -355,7 +355,7 @@ def _fix(document: dict[str, Any], word: str, value: Any) -> None:
         document[table] = {**document.get(table, {}), word: value}
     elif word in drive_parameters():
         document["drives"] = [{**each, word: value} for each in drives]
-        document["drive_axes"] = _without(document.get("drive_axes", {}), {word})
+        document["drive_axes"] = _drop_words(document.get("drive_axes", {}), {word})
     else:
         words = [*names_by_word(), *drive_parameters()]
         raise ManifestError.of(word, value, remark=unknown(word, words))

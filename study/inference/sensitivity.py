@@ -130,7 +130,7 @@ def indices(
     values: NaN of holes. errors: the ± of each, NaN where it is not known. most: values that a surrogate is made of.
     """
     axes = [find_axis(name, each) for name, each in columns.items()]
-    found = _without_indices(of, columns, values, errors)
+    found = _count_cases(of, columns, values, errors)
     tied = _tied(axes, columns)
     if tied or len(axes) < 2:
         return replace(found, unknown=tied or "only one parameter differs from case to case")
@@ -159,7 +159,7 @@ def indices(
     return replace(found, first=_interval(first, missed), total=_interval(total, missed))
 
 
-def _without_indices(of: str, columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats) -> Sensitivity:
+def _count_cases(of: str, columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats) -> Sensitivity:
     """A sensitivity whose indices are unknown so far: counts of cases, and the share of the ± in the variance."""
     is_known = np.isfinite(values)
     known = values[is_known]
