@@ -225,7 +225,7 @@ class _Search:
 
 
 def _as_row(result: TaskResult) -> dict[str, Floats]:
-    """The scalars of a result as a dataset of one case has them, each (1, members)."""
+    """Scalars of a result in the shape of a dataset with one case, each (1, members)."""
     return {name: np.array([values], float) for name, values in result.scalars.items()}
 
 

@@ -174,7 +174,7 @@ def _print(found: plans.Standing, ranks: int) -> None:
 
 
 def _effects_not_on(plan: Plan) -> Iterator[str]:
-    """Effects that are off, and those that vary, with how."""
+    """Names of the effects that are off, or that vary, with their switch."""
     for name, switch in read_effect_switches(plan.manifest).items():
         if switch == "off":
             yield name

@@ -286,7 +286,7 @@ def deciding_fields(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, 
 
 
 def _fields_under(name: str, fields: Iterable[str]) -> list[str]:
-    """The field of this dotted name, and those of its parts."""
+    """The field of this dotted name, and the fields of its parts."""
     return [field for field in fields if field == name or field.startswith(f"{name}.")]
 
 

@@ -622,7 +622,7 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
 
 
 def _first_message(messages: Sequence[str]) -> str:
-    """The first of the messages of one cause, and whether the others are not the same."""
+    """First message of a cause, marked if other messages of the same cause differ in their numbers."""
     alike = len(set(messages)) == 1
     return messages[0] if alike else f"{messages[0]}; the others differ in numbers"
 
