@@ -103,7 +103,7 @@ def select_scenes(manifest: Manifest, cases: Sequence[CampaignCase], count: int,
     own = manifest.ensemble
     usual_members = min(own.members, USUAL_MEMBERS) if own.members > 1 else USUAL_MEMBERS
     ensemble = Ensemble(members or usual_members, places=own.places)
-    usual = TargetTable(within=0.5).variables(manifest.stages[-1])
+    usual = TargetTable(within=0.5).variables(manifest.stages[-1], to_and_fro=not kinds.goes_one_way(manifest))
     variables = own.of or (OF_LOOPS if manifest.paths and not drives else usual)
     return Scenes(manifest, tuple(evenly(possible, count)), dict(evenly(drives, count)), ensemble, variables)
 
