@@ -2,20 +2,15 @@
 
 import json
 import re
-import tomllib
 from dataclasses import replace
 
 import pytest
 
-import nanoslip
 from nanoslip.study import origin
 from nanoslip.study.commands import plans
 from nanoslip.study.results import attempts
 from nanoslip.study.shipped import campaign_files, starters
 from tests.conftest import PARTLY_REFUSED, SMALL
-
-SMALLER = {"numerics": {"n_x": 17}, "limits": {"events": 150}, "ensemble": {"members": 1}}
-"""Values that make a starter quick: tables that it has are changed."""
 
 
 def test_starters_and_campaigns_are_listed_by_name_and_title(main):
@@ -26,9 +21,9 @@ def test_starters_and_campaigns_are_listed_by_name_and_title(main):
     assert ["smoke", "Smoke: the paper's case through every stage"] in [line.split(maxsplit=1) for line in lines]
 
 
-@pytest.mark.everyday(2)
 @pytest.mark.parametrize("name", starters())
-def test_a_starter_is_commented_fine_and_computes(main, tmp_path, monkeypatch, name):
+def test_a_starter_is_written_as_it_is_commented_and_fine(main, tmp_path, monkeypatch, name):
+    """tests/study/test_shipped.py computes each."""
     monkeypatch.chdir(tmp_path)
     assert main("new", name, "mine/first.toml")[0] == 0
     assert main("check", "mine/first.toml")[0] == 0
@@ -36,15 +31,7 @@ def test_a_starter_is_commented_fine_and_computes(main, tmp_path, monkeypatch, n
     assert text.startswith("# ")
     assert text.count("#") > len(text.splitlines()) / 5
     assert max(map(len, text.splitlines())) <= 130
-    content = tomllib.loads(text)
-    for table in SMALLER.keys() & content.keys():
-        content[table] |= SMALLER[table]
-    if content.get("axes", {}).pop("n_x", None):  # its two grids are the smaller one
-        assert content["numerics"]["n_x"]
-    content.setdefault("ensemble", SMALLER["ensemble"])
-    monkeypatch.chdir(tmp_path / "mine")
-    found = nanoslip.run(content)
-    assert set(found.outcome.values.ravel().tolist()) <= {"completed", "no_plateau"}
+    assert text == starters()[name].read_text("utf-8")
 
 
 def test_without_a_file_a_starter_is_written_here_under_its_name(main, tmp_path, monkeypatch):

@@ -22,17 +22,12 @@ BASE: dict[str, Any] = {
     "ensemble": {"members": 2},
 }
 KINDS: dict[str, dict[str, Any]] = {
-    "contact": BASE | {"stages": ["contact"]},
-    "slip": BASE,
     "list": BASE | {"design": "zip"},
     "interface": BASE | {"interface": {"contacts": 2}},
     "everything": FULL,
 }
-"""What the datasets of shipped campaigns are: maps are products of two axes."""
-
-
+"""The two layouts of cases, and sums of contacts: campaigns of fewer stages have no variables but theirs."""
 EVERYDAY = ("list", "everything")
-"""The two layouts of cases; the other kinds lack variables that these have."""
 
 
 @pytest.fixture(

@@ -58,6 +58,9 @@ PLACES: dict[str, list[str]] = {
 }  # fmt: skip
 KEYS = [(place, key) for place, keys in PLACES.items() for key in keys]
 
+LISTED = 3
+"""In lists of values and in tables, which have each value checked as its key has it alone, each key meets one of so many kinds of
+nonsense, and each kind is met by one of so many keys."""
 LONGEST = 300
 """Characters of a line, the file's name and a list of all allowed words left out."""
 
@@ -123,7 +126,9 @@ def read_back(planned: Plan, path: Path) -> xr.Dataset:
 @pytest.mark.parametrize(("place", "key"), KEYS, ids=[f"{place}.{key[:20]}" for place, key in KEYS])
 def test_every_key_takes_or_refuses_every_value(tmp_path, place, key):
     path = tmp_path / "mine.toml"
-    campaigns = ((name, parsed(value), (campaign(place, key, value),)) for name, value in NONSENSE.items())
+    step = LISTED if place in ("axes", "drive_axes") else 1
+    values = list(NONSENSE.items())[PLACES[place].index(key) % step :: step]
+    campaigns = ((name, parsed(value), (campaign(place, key, value),)) for name, value in values)
     for name, lines in itertools.groupby(refusals(path, campaigns), lambda each: each[0]):
         said = [line for _, line in lines]
         for line in said:
@@ -139,8 +144,10 @@ def test_every_key_takes_or_refuses_every_value(tmp_path, place, key):
 def test_a_table_takes_or_refuses_every_cell(tmp_path):
     path = tmp_path / "mine.toml"
     values = [value.strip('"') for value in NONSENSE.values()]
-    for word in (word for table in TABLES for word in table_words(table) if word != "roughness"):
-        cells = (value for value in values if len(value) < 500 or word == "n_x")
+    short = [value for value in values if len(value) < 500]
+    words = [word for table in TABLES for word in table_words(table) if word != "roughness"]
+    for number, word in enumerate(words):
+        cells = values if word == "n_x" else short[number % LISTED :: LISTED]
         campaigns = (
             (cell, parsed(cell), ('title = "x"\ntable = "cases.csv"\n', f'{word}\n"{cell}"\n')) for cell in cells
         )

@@ -1,8 +1,8 @@
 """What each fault does to a run on each of two ranks, and in a shard of two processes.
 
-All faults are in one run, each followed by a sound task. As a program it is that run, and what came of it goes to standard
-output as JSON: FOLDER RANK computes made-up tasks under a launcher of two ranks so that this one meets the faults; FOLDER
-nanoslip ... is the command line with faults in a campaign.
+All faults are in one run on ranks, and in shards those on which results depend; each is followed by a sound task. As a program
+it is that run, and what came of it goes to standard output as JSON: FOLDER RANK computes made-up tasks under a launcher of two
+ranks so that this one meets the faults; FOLDER nanoslip ... is the command line with faults in a campaign.
 """
 
 import json
@@ -27,8 +27,17 @@ from tests.study.run.made_up import Diary, Work
 
 PROGRAM: Final = "tests.study.run.matrix"
 SHARDS: Final = 2
-LOADS: Final = [round(1e-3 * (1.0 + 0.01 * number), 6) for number in range(2 * len(FAULTS))]
-FAULTY: Final = dict(zip(LOADS[::2], FAULTS, strict=True))
+IN_SHARDS: Final = (
+    *("exception", "half a letter in its text", "text of 2 MB", "escapes in its text", "SystemExit(0)", "MemoryError"),
+    *("result None", "result lambda", "result array of objects", "os._exit(0)", "segmentation fault", "endless loop"),
+    *("writes into every open file", "SIGKILL to its group", "fork of which both return"),
+    *("death before what it started", "other folder", "other umask", "other clock"),
+    *("no space on the disk", "quota used up", "no quota for its result", "file descriptors used up"),
+)
+"""One of each way to end, and all that a dataset says or results are written with. How else a child ends does not depend on what
+it computes, and each that hangs takes `limits.seconds` here."""
+LOADS: Final = [round(1e-3 * (1.0 + 0.01 * number), 6) for number in range(2 * len(IN_SHARDS))]
+FAULTY: Final = dict(zip(LOADS[::2], IN_SHARDS, strict=True))
 """Load of a contact -> its fault."""
 CAMPAIGN: Final = f"""\
 title = "Every second contact has a fault"
