@@ -11,6 +11,8 @@ INSTALL = PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --disable-p
 unexport PYTHONDONTWRITEBYTECODE
 # Tests on all cores.
 SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
+# Heavy tests, by one process more than there are cores: a fifth of their time they wait for what they have started.
+ONE_MORE = --numprocesses $(shell $(PYTHON) -c 'import os; print(1 + os.cpu_count())') --maxprocesses 8
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.\(slow\|everyday\)' tests)
 
@@ -49,8 +51,8 @@ test-arithmetic: .venv/dev  ## the everyday tests of what computes, as another p
 	$(OTHER_ARITHMETIC) $(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist loadfile -m "not slow" --ignore tests/solver/elasticity tests/solver tests/hard_cases tests/study/plan tests/study/dataset
 
 test-slow: .venv/dev  ## the heavy ones: real launchers, a real scheduler, long computations; an idle process takes the next
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist worksteal -m "slow and not slurm" $(HEAVY)
-	$(BIN)/python -m pytest -m "slow and slurm" $(HEAVY)
+	$(BIN)/python -m pytest $(ONE_MORE) --dist worksteal -m "slow and not slurm" $(HEAVY)
+	$(BIN)/python -m pytest -m "slow and slurm" tests/slurm
 
 test-all: test test-slow
 

@@ -73,6 +73,7 @@ def test_a_signal_ends_all_ranks_after_their_task_with_code_99(start, ranks, int
     assert 1 <= int(said.split(" done")[0]) <= 8
 
 
+@pytest.mark.slow
 def test_a_task_that_ends_after_the_grace_but_before_its_process_keeps_code_99(start):
     """MPI is finalized by then, and there is nothing left to abort."""
     running = start("late", 2)
@@ -82,6 +83,7 @@ def test_a_task_that_ends_after_the_grace_but_before_its_process_keeps_code_99(s
     assert code == 99, errors
 
 
+@pytest.mark.slow
 def test_a_signal_between_the_start_of_mpi_and_that_of_the_farm_ends_all_ranks_with_code_99(start):
     """Ctrl-C in the first second; that it reaches one rank only is the worst case."""
     code, _, errors = ended(start("early"))
@@ -89,6 +91,7 @@ def test_a_signal_between_the_start_of_mpi_and_that_of_the_farm_ends_all_ranks_w
     assert "Traceback" not in errors
 
 
+@pytest.mark.slow
 def test_ranks_that_are_stuck_are_left_after_the_grace_with_code_99(start):
     running = start("stuck")
     running.stdout.readline()
@@ -100,12 +103,14 @@ def test_ranks_that_are_stuck_are_left_after_the_grace_with_code_99(start):
     assert "run again" in errors
 
 
+@pytest.mark.slow
 def test_the_word_to_leave_arrives_behind_messages_that_nobody_has_read_yet(start):
     """Rank 0 must not end MPI while they are on their way: what is not sent by then never is."""
     code, _, errors = ended(start("crowd"))
     assert code == 0, errors
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("what", "told"), [("broken", ["rank 1 on ", "RuntimeError: this rank is broken"]), ("fatal", [])]
 )

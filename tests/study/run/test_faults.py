@@ -76,6 +76,7 @@ def dying_after(out):
     return run
 
 
+@pytest.mark.slow
 def test_a_task_whose_process_dies_after_its_result_is_kept_is_done_and_not_computed_again(campaign, tmp_path):
     campaign.write_text(
         SMALL.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]")
@@ -164,6 +165,7 @@ def runs(number):
     return False
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="processes cannot be looked at here")
 def test_what_a_task_has_started_ends_with_its_process(tmp_path):
     """It holds all that the process had open: a launcher would wait for it at the end of the run."""
@@ -176,6 +178,7 @@ def test_what_a_task_has_started_ends_with_its_process(tmp_path):
         assert time.monotonic() < end
 
 
+@pytest.mark.slow
 def test_time_in_which_both_processes_are_stopped_is_not_the_task_s(tmp_path, monkeypatch):
     """A suspended job is: its clock jumps between two looks at a child."""
     clock, jump = time.monotonic, 0.0
