@@ -22,14 +22,13 @@ from nanoslip.study.manifest.parameters import (
     TABLES,
     Alike,
     Value,
-    as_typed,
     names_by_word,
     parameters_text,
     plain,
     table_words,
     words_by_name,
 )
-from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, unknown
+from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, repeated_remark, unknown
 from nanoslip.study.manifest.reader import KEYS_OF_FILES, refuse_with_stages
 
 AxisValues = tuple[Value | None, ...]
@@ -98,9 +97,9 @@ def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[Problem
     repeated = {name: values for name, values in manifest.axes.items() if len({*values}) < len(values)}
     if manifest.design == "product" and repeated:
         for name, values in repeated.items():
-            twice = [as_typed(value) for value, count in Counter(values).items() if count > 1]
             place, word = Place(str(manifest.path), "axes"), words_by_name().get(name, name)
-            yield Problem(place, word, remark=f"repeats {', '.join(twice)}")
+            twice = [value for value, count in Counter(values).items() if count > 1]
+            yield Problem(place, word, remark=repeated_remark(twice))
         return
     numbers: dict[str, int] = {}
     for number, case in enumerate(cases, 1):

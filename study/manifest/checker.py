@@ -28,7 +28,7 @@ from nanoslip.study.manifest.parameters import (
     plain,
     table_words,
 )
-from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, suggestion_remark, unknown
+from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, repeated_remark, suggestion_remark, unknown
 from nanoslip.study.manifest.surface import NamedSurface, read_surface
 from nanoslip.study.measured.columns import FileColumn, decode_text, read_cells, read_columns, unit_factor
 from nanoslip.study.toml_text import ONE_LINE, one_line, quote_toml
@@ -311,6 +311,19 @@ class Checker:
                     need += ', or for a range design = "sobol" or "latin_hypercube"'
                 wrong = {"need": need} if word in known else {"remark": unknown(word, known)}
                 self.refuse(key_shown(word), values, table=table, **wrong)
+
+    def first_places(self, table: str, word: str, values: list[Any]) -> dict[int, Any]:
+        """Position -> value, of the first appearance of each value of an axis as it is written. Refuse values that repeat."""
+        firsts: dict[object, int] = {}
+        repeated: dict[object, Any] = {}
+        for place, value in enumerate(values):
+            is_nested = isinstance(value, list | dict)
+            written = place if is_nested else (type(value), value)  # 1 and true are two values
+            if firsts.setdefault(written, place) != place:
+                repeated[written] = value
+        if repeated:
+            self.refuse(word, remark=repeated_remark(repeated.values()), table=table)
+        return {place: values[place] for place in firsts.values()}
 
     def one_place(self, axes: GivenColumns, fixed: dict[str, GivenColumns]) -> None:
         """Refuse every parameter that is given twice: as an axis and in a table."""

@@ -23,7 +23,7 @@ from nanoslip.solver.drive import (
 )
 from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
 from nanoslip.solver.load_path import LoadPath
-from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
+from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, declared, parameter, require, validate
 from nanoslip.study.manifest.parameters import OTHER_TABLES, YOUNG, Value, as_written, field_names, span
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, quote_toml
@@ -96,6 +96,7 @@ class NamedDrive:
     def __post_init__(self) -> None:
         require("name", self.name, isinstance(self.name, str) and bool(self.name.strip()), "a name")
         require("name", self.name, one_line(self.name), ONE_LINE)
+        require("name", self.name, len(self.name) <= LONGEST_MESSAGE, f"at most {LONGEST_MESSAGE} characters")
         validate(self)
 
     @classmethod

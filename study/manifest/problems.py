@@ -1,6 +1,7 @@
 """Problems of a campaign as values: place, key, value, and requirement. They become sentences in `str` alone."""
 
 import difflib
+import itertools
 import re
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
@@ -49,9 +50,7 @@ class Problem:
     def __str__(self) -> str:
         missing = self.value is None
         given = not missing and self.value is not ABSENT
-        # A division by a unit leaves 1.4899999999999998.
-        value = float(f"{self.value:.10g}") if isinstance(self.value, float) else self.value
-        where = self.place.of(self.key) + (f" = {quote_toml(value)}" if given else "")
+        where = self.place.of(self.key) + (f" = {_quote(self.value)}" if given else "")
         parts = (where, "missing" if missing else "", self.remark, self.need and f"needs {self.need}")
         return escape(": ".join(filter(None, parts)))
 
@@ -82,6 +81,24 @@ class ManifestError(NanoslipError):
         more = len(self.problems) - MOST_LINES
         lines = list(map(str, self.problems[:MOST_LINES]))
         return "\n".join([*lines, *([f"and {more} problems more"] if more > 0 else [])])
+
+
+MOST_REPEATED = 8
+"""Repeated values that a message lists."""
+
+
+def repeated_remark(repeated: Collection[object]) -> str:
+    """Remark on these values, which appear more than once: at most MOST_REPEATED of them."""
+    shown = list(map(_quote, itertools.islice(repeated, MOST_REPEATED)))
+    more = len(repeated) - len(shown)
+    if more:
+        shown.append(f"and {more} values more")
+    return f"repeats {', '.join(shown)}"
+
+
+def _quote(value: object) -> str:
+    """A value in the notation of TOML, numbers to ten digits: a division by a unit leaves 1.4899999999999998."""
+    return quote_toml(float(f"{value:.10g}") if isinstance(value, float) else value)
 
 
 def key_shown(key: str) -> str:

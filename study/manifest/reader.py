@@ -167,23 +167,28 @@ def _table(checker: Checker, where: str, content: dict[str, Any]) -> _Table:
 
 def _axes(checker: Checker, content: Mapping[str, Any]) -> dict[str, tuple[Value, ...]]:
     """Known axes with their valid values, in their declared type."""
-    lists = checker.lists(AXES, content, drive_parameters())
-    found = {key: tuple(dict.fromkeys(_values(checker, key, values))) for key, values in lists}
+    found: dict[str, tuple[Value, ...]] = {}
+    for key, values in checker.lists(AXES, content, drive_parameters()):
+        firsts = checker.first_places(AXES, key, values)
+        found[key] = tuple(dict.fromkeys(_values(checker, key, firsts)))
     return {key: values for key, values in found.items() if values}
 
 
-def _values(checker: Checker, key: str, values: list[Any]) -> Iterator[Value]:
+def _values(checker: Checker, key: str, values: Mapping[int, Any]) -> Iterator[Value]:
+    """Values of a drive axis in their declared type. values: by their positions."""
     seen: set[Value] = set()
-    for index, entry in enumerate(values):
+    for index, entry in values.items():
         place = f"{key}[{index}]"
         number = checker.to_si(AXES, {place: entry}, {place: drive_parameters()[key]})
         if place not in number:
             continue
         given = number[place]
-        if wrong := find_refusal(_drive_value, key, given):
+        try:
+            value = _drive_value(key, given)
+        except InvalidInput as wrong:
             checker.refuse(place, given, wrong.need, table=AXES)
             continue
-        if (value := _drive_value(key, given)) in seen:
+        if value in seen:
             checker.refuse(place, given, "each value once", "is there twice", AXES)
         seen.add(value)
         yield value
@@ -504,7 +509,10 @@ class _Reader(NamedFiles):
         place = self.place("axes")
         listed: dict[str, list[Given]] = {}
         for word, values in self.lists("axes", top.get("axes", {}), axes()):
-            listed[word] = [Given(place, f"{word}[{index}]", value) for index, value in enumerate(values)]
+            positions = dict(enumerate(values))
+            if top.get("design", "product") == "product":
+                positions = self.first_places("axes", word, values)
+            listed[word] = [Given(place, f"{word}[{index}]", value) for index, value in positions.items()]
         return self.plain(listed, sizes)
 
 

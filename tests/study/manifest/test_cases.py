@@ -42,9 +42,11 @@ def test_cases_that_are_the_same_are_named_by_the_words_of_the_manifest(tmp_path
 
 
 def test_repeated_values_of_an_axis_are_one_problem(tmp_path):
-    with pytest.raises(ManifestError) as error:
-        expand(read(tmp_path, "axes.radius = [50, 60, 50, 70, 70]\naxes.events = [5, 6]"))
-    assert [(each.place.part, each.key) for each in error.value.problems] == [("axes", "radius")]
+    """As they are written, before any is converted, or in another unit."""
+    for radii in ("[50, 60, 50, 70, 70]", '[50, "50 mm"]', "[50, 50.0]", f"{10_000 * [50]}"):
+        with pytest.raises(ManifestError) as error:
+            expand(read(tmp_path, f'axes.radius = {radii}\naxes.events = [5, 6]\nscales.slab_width = "1 mm"'))
+        assert [(each.place.part, each.key) for each in error.value.problems] == [("axes", "radius")]
 
 
 def test_labels_are_the_standard_four_and_the_axes(tmp_path):

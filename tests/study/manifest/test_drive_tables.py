@@ -77,6 +77,12 @@ WRONG = {
     "[drive_axes]\npin_mass = []": "drive_axes.pin_mass = []: needs a list of at least one value",
     "[drive_axes]\npin_mass = [1, 0]": "drive_axes.pin_mass[1] = 0: needs 1e-30 ≤ pin_mass ≤ 1e30",
     "[drive_axes]\npin_mass = [1, 1.0]": "drive_axes.pin_mass[1] = 1.0: is there twice: needs each value once",
+    "[drive_axes]\npin_mass = [1, 2, 1, 2, 1]": "drive_axes.pin_mass: repeats 1, 2",
+    f"[drive_axes]\npin_mass = {10_000 * [3]}": "drive_axes.pin_mass: repeats 3",
+    f"[drive_axes]\npin_mass = {2 * [*range(1, 40)]}": (
+        "drive_axes.pin_mass: repeats 1, 2, 3, 4, 5, 6, 7, 8, and 31 values more"
+    ),
+    f'[[drives]]\nname = "{1001 * "x"}"': "…: needs at most 1000 characters…",
     '[drive_axes]\ntime_step = [1e-6, -1]\n[[drives]]\nname = "a"\nintegrator = "rk4"': (
         "drive_axes.time_step[1] = -1: needs 0 < time_step ≤ duration with rk4"
     ),

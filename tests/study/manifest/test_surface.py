@@ -162,11 +162,11 @@ def test_profiles_are_an_axis_of_cases_named_by_their_files(main: Main, tmp_path
 
 def test_profiles_of_an_axis_have_names_of_their_own(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("xi,height\n-0.1,0\n0.1,1e-4\n")
-    (tmp_path / "twice.toml").write_text('title = "x"\naxes.roughness = ["a.csv", "a.csv", "none.csv", 3.0]')
+    (tmp_path / "twice.toml").write_text('title = "x"\naxes.roughness = ["a.csv", {file = "a.csv"}, "none.csv", 3.0]')
     with pytest.raises(ManifestError) as caught:
         load_manifest(tmp_path / "twice.toml")
     twice, missing, number = lines_of(caught.value)
-    assert 'axes.roughness[1] = "a.csv"' in twice
+    assert 'axes.roughness[1] = {"file": "a.csv"}: needs a file of its own' in twice
     assert "none.csv: " in missing
     assert "axes.roughness[3] = 3.0: " in number
 
