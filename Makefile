@@ -46,9 +46,11 @@ test: kernels  ## the everyday tests, each file's in one process, which makes it
 
 # Compiled code without AVX and FMA, and compliances rounded otherwise, which stands for another kernel of linear algebra.
 OTHER_ARITHMETIC := NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= NANOSLIP_TEST_ROUNDING=1
+# Tests of datasets that compute or compare numbers; the others read files and select.
+COMPUTED := tests/solver tests/hard_cases tests/study/plan $(foreach of,arithmetic collection comparison verification,tests/study/dataset/test_$(of).py)
 test-arithmetic: .venv/dev  ## the everyday tests of what computes, as another processor would compute it
 	$(OTHER_ARITHMETIC) $(BIN)/python -m tests.kernels
-	$(OTHER_ARITHMETIC) $(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist loadfile -m "not slow" --ignore tests/solver/elasticity tests/solver tests/hard_cases tests/study/plan tests/study/dataset
+	$(OTHER_ARITHMETIC) $(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist loadfile -m "not slow" --ignore tests/solver/elasticity $(COMPUTED)
 
 test-slow: .venv/dev  ## the heavy ones: real launchers, a real scheduler, long computations; an idle process takes the next
 	$(BIN)/python -m pytest $(ONE_MORE) --dist worksteal -m "slow and not slurm" $(HEAVY)

@@ -161,6 +161,7 @@ def test_what_is_left_out_is_counted() -> None:
             "line 803: time = 0 after 7.99",
         ),
         (table([f"12:00:{each:05.2f}" for each in TIME], FORCE), TraceOptions(), "is '12:00:"),
+        (table(TIME, 1e299 * FORCE, header="t [s],F [N]"), TraceOptions(), r"F = \S+: needs numbers up to 1e\+50"),
         (table(TIME, FORCE, header="t,F"), TraceOptions(columns=("t", "G")), "column = 'G': needs one of 1 t, 2 F"),
         (table(TIME, ["1", "Bad", "Bad", "Bad"] * 200), TraceOptions(), "numbers in 200 of 797 lines"),
     ],
