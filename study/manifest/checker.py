@@ -28,7 +28,15 @@ from nanoslip.study.manifest.parameters import (
     plain,
     table_words,
 )
-from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, repeated_remark, suggestion_remark, unknown
+from nanoslip.study.manifest.problems import (
+    ManifestError,
+    Place,
+    Problem,
+    key_shown,
+    repeated_remark,
+    suggestion_remark,
+    unknown,
+)
 from nanoslip.study.manifest.surface import NamedSurface, read_surface
 from nanoslip.study.measured.columns import FileColumn, decode_text, read_cells, read_columns, unit_factor
 from nanoslip.study.toml_text import ONE_LINE, one_line, quote_toml

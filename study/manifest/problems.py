@@ -50,7 +50,7 @@ class Problem:
     def __str__(self) -> str:
         missing = self.value is None
         given = not missing and self.value is not ABSENT
-        where = self.place.of(self.key) + (f" = {_quote(self.value)}" if given else "")
+        where = self.place.of(self.key) + (f" = {quote_rounded(self.value)}" if given else "")
         parts = (where, "missing" if missing else "", self.remark, self.need and f"needs {self.need}")
         return escape(": ".join(filter(None, parts)))
 
@@ -89,14 +89,14 @@ MOST_REPEATED = 8
 
 def repeated_remark(repeated: Collection[object]) -> str:
     """Remark on these values, which appear more than once: at most MOST_REPEATED of them."""
-    shown = list(map(_quote, itertools.islice(repeated, MOST_REPEATED)))
+    shown = list(map(quote_rounded, itertools.islice(repeated, MOST_REPEATED)))
     more = len(repeated) - len(shown)
     if more:
         shown.append(f"and {more} values more")
     return f"repeats {', '.join(shown)}"
 
 
-def _quote(value: object) -> str:
+def quote_rounded(value: object) -> str:
     """A value in the notation of TOML, numbers to ten digits: a division by a unit leaves 1.4899999999999998."""
     return quote_toml(float(f"{value:.10g}") if isinstance(value, float) else value)
 

@@ -177,7 +177,7 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     rows = source.rows(places)
     count = len(rows.lines)
     require("number of points", count, count >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
-    _require_representable(rows, [source.columns[place].name for place in places])
+    require_representable(rows, [source.columns[place].name for place in places])
     turning = over == "displacement" and has_turns(rows.values[0])
     if over == "displacement":
         rows = _rows_along_way(rows)
@@ -203,7 +203,7 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     return Trace(places_in_si, forces, over, unit, load, facts, position)
 
 
-def _require_representable(rows: Rows, names: Sequence[str]) -> None:
+def require_representable(rows: Rows, names: Sequence[str]) -> None:
     """Refuse the first number above LARGEST: products of such numbers overflow."""
     beyond = np.argwhere(np.abs(rows.values) > LARGEST)
     if len(beyond):
