@@ -348,6 +348,10 @@ KEYS_OF_FILES: Final = frozenset((*TOP_LEVEL, "name", *itertools.chain(*OTHERS.v
 """Keys that a campaign has beside the parameters of its cases, their ensembles, drives and outputs."""
 
 
+PARTS: Final = "split an axis over several campaigns, and join their datasets by nanoslip.concat"
+"""Advice on a campaign of too many cases."""
+
+
 def _need_of_title(title: str) -> str:
     """Allowed titles; empty for a valid title."""
     long = f"at most {LONGEST_MESSAGE} characters" if len(title) > LONGEST_MESSAGE else ""
@@ -420,9 +424,10 @@ class _Reader(NamedFiles):
         """Refuse more cases, or drives of cases, than fit a machine: nothing has been expanded yet."""
         cases, drives = manifest.case_count, len(manifest.drives)
         if cases > MOST_CASES:
-            self.refuse(f"{cases} cases", need=f"at most {MOST_CASES}")
+            self.refuse(f"{cases} cases", need=f"at most {MOST_CASES}; {PARTS}")
         elif cases * drives > MOST_DRIVEN:
-            self.refuse(f"{cases} cases with {drives} drives each", need=f"at most {MOST_DRIVEN} drives in all")
+            need = f"at most {MOST_DRIVEN} drives in all; {PARTS}"
+            self.refuse(f"{cases} cases with {drives} drives each", need=need)
 
     def _scales(self, top: dict[str, Any], columns: Collection[str]) -> Scales:
         """Read the scales. `young_modulus` replaces the shear modulus, E/(2(1 + ν)), with the campaign's one Poisson's

@@ -251,12 +251,12 @@ WRONG = {
     'table = "quotes.csv"': "…quotes.csv: line 2: not CSV: …",
     'table = "binary.csv"': '…binary.csv: line 2: radius = "ÿ"…',
     "x = " + "[" * 5000: "nested too deeply: needs fewer brackets within brackets",
-    f"[axes]\n{many('radius', 1001)}{many('aspect_ratio', 1000)}": "1001000 cases: needs at most 1000000",
+    f"[axes]\n{many('radius', 1001)}{many('aspect_ratio', 1000)}": "1001000 cases: needs at most 1000000; split an axis…",
     f"[drive_axes]\n{many('pin_mass', 1001)}{many('spring_stiffness', 1000)}": (
         "drive_axes: 1001000 drives: needs at most 1000000"
     ),
     f"[axes]\n{many('radius', 401)}{many('aspect_ratio', 1000)}[drive_axes]\n{many('pin_mass', 11)}": (
-        "401000 cases with 11 drives each: needs at most 4000000 drives in all"
+        "401000 cases with 11 drives each: needs at most 4000000 drives in all; split an axis…"
     ),
 }
 """What is wrong, and the line that says so; one that begins with a colon begins with what is wrong, and … is any text."""
