@@ -15,6 +15,8 @@ DRIVES = [
     for back, way in product((True, False), ({}, {"surface_compliance": False}, {"integrator": RK4(1e-3)}))
 ]
 """By every integrator, back or forward only."""
+PULLED = ({}, {"scheme": "half_space"})
+"""Contacts that drives are followed over event by event: of a row of nodes, and of a plane."""
 
 
 def tasks() -> list[Task]:
@@ -24,7 +26,8 @@ def tasks() -> list[Task]:
     cases += [Case.of({"slip_order": order, "pin_translation": False}) for order in ("worst_first", "simultaneous")]
     cases += [Case.of({"scheme": "half_space"})]
     drives = (drive_task(Case(), Drive.from_si(**drive)) for drive in DRIVES)
-    return [contact_task(Case()), *map(record_task, cases), *drives]
+    pulled = (drive_task(Case.of(contact), Drive.from_si(memory=True)) for contact in PULLED)
+    return [contact_task(Case()), *map(record_task, cases), *drives, *pulled]
 
 
 if __name__ == "__main__":
