@@ -104,12 +104,12 @@ def test_windows_do_not_matter(monkeypatch):
     short = {**SWINGING, "duration": 0.04}  # of thousands of events rounding would part the last ones
     _, motion, found = pulled(case, **short)
     assert found.events > 500
-    within = contact_drive._followed
+    within = contact_drive._Contact
 
-    def on_all(*arguments, whole):
-        return within(*arguments, whole=True)
+    def on_all(*scene):
+        return within(*scene[:-1], True)
 
-    monkeypatch.setattr(contact_drive, "_followed", on_all)
+    monkeypatch.setattr(contact_drive, "_Contact", on_all)
     _, whole, _ = pulled(case, **short)
     np.testing.assert_allclose(motion.position, whole.position, atol=1e-9 * whole.position[-1])
 
