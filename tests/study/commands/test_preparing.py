@@ -56,13 +56,12 @@ def test_a_starter_that_cannot_be_written_is_one_clear_message(main, campaign):
 
 
 def test_what_planning_very_many_cases_takes_is_said_before_it_begins(main, tmp_path, monkeypatch):
-    """Of a campaign that cannot be planned, as two of its cases are the same."""
     path = tmp_path / "many.toml"
-    path.write_text(f'title = "Many"\nstages = ["contact"]\naxes.radius = {[50.0] * 500 + [*range(60, 560)]}\n')
+    path.write_text(f'title = "Many"\nstages = ["contact"]\naxes.radius = {[*range(60, 1060)]}\n')
     monkeypatch.setattr(plans, "MANY", 1000)
     code, _, errors = main("plan", path)
     first, *_ = errors.splitlines()
-    assert (code, "1000 cases" in first, "GB" in first) == (2, True, True)
+    assert (code, "1000 cases" in first, "GB" in first) == (0, True, True)
     monkeypatch.setattr(plans, "MANY", 1001)
     assert "GB" not in main("plan", path)[2]
 
