@@ -96,8 +96,9 @@ def test_try_repeats_stroke_and_amplitude_of_stage_and_pin_in_the_units_of_a_lab
     code, said, _ = main("try", *given, *typed, "members=2", "stage_stroke=3 mm")
     answer = said.splitlines()[0]
     assert code == 0
-    assert "the stage moves 3 mm end to end, ±1.5 mm, the pin " in answer
-    assert "J" in answer.partition("area of the loop")[2].split(",")[0]
+    assert "3 mm" in answer.partition("±1.5 mm")[0]
+    assert "±1.5 mm" in answer
+    assert "J" in answer.partition("of the loop")[2].split(",")[0]
     assert said.count("┤") == 12
     code, said, _ = main("try", *given, *typed, "members=2", "stage_stroke=0.1 mm")
     assert (code, "memory = true" in said) == (0, True)
