@@ -288,7 +288,8 @@ def _pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
 def _ringing_numbers(trace: Trace, width: int, pull: _Pull) -> TraceNumbers:
     """Numbers of a pull whose force cell rings, from means over its period of `width` samples.
 
-    Where in a period the pin breaks away is not known: ± of μ_s has what the force rises in one.
+    Where in a period the pin breaks away is not known: ± of μ_s has what the force rises in one. Means over a period hide how far
+    the force falls, and how fast: these have no ±.
     """
     found = _pull_numbers(trace.average(width), pull)
     period = width * float(np.median(np.diff(trace.at)))
@@ -297,6 +298,8 @@ def _ringing_numbers(trace: Trace, width: int, pull: _Pull) -> TraceNumbers:
         (rate,) = ramp(trace.at, trace.force, float(np.median(trace.force)))
         uncertainty = math.hypot(static.uncertainty, rate * period)
         numbers["static_friction"] = static._replace(uncertainty=uncertainty)
+    for name in numbers.keys() & {"spring_force_amplitude", "natural_period", "damping_ratio"}:
+        numbers[name] = numbers[name]._replace(uncertainty=math.nan)
     flag = TraceFlag("cell_rings", {"period": period, **_units(trace, pull)})
     return replace(found, numbers=numbers, flags=(flag, *found.flags))
 
