@@ -37,6 +37,18 @@ OTHERWISE: Final[Mapping[str, tuple[str, str]]] = {
         "diameter ball_diameter pin_diameter tip_diameter cylinder_diameter",
         "give radius, half of it",
     ),
+    "spring_stiffness": (
+        "tangential_force lateral_force shear_force friction_force pulling_force",
+        "a result: a drive pulls with spring_stiffness at stage_velocity, and friction is the force that follows",
+    ),
+    "young_modulus": (
+        "youngs_modulus_2 young_modulus_2 pin_young_modulus pin_youngs_modulus ball_young_modulus ball_youngs_modulus e1 e2",
+        "the pin is rigid; for two elastic bodies give the young_modulus with which E/(1 - ν²) is their E*",
+    ),
+    "roughness": (
+        "angle cone_angle wedge_angle opening_angle semi_angle",
+        "the profile of a cone or wedge is its roughness, on a pin with radius = 1e9",
+    ),
 }
 """Key -> words for another quantity, from which it follows, and how."""
 BEYOND: Final[Mapping[str, tuple[str, str]]] = {

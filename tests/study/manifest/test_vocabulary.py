@@ -57,10 +57,13 @@ def test_a_load_that_is_no_list_leads_to_the_load_on_the_pin(main: Main, tmp_pat
         ("μ_k", "intrinsic_friction"),
         ("friction_coefficient", "intrinsic_friction"),
         ("Diameter", "radius"),
+        ("tangential_force", "spring_stiffness"),
+        ("youngs_modulus_2", "young_modulus"),
+        ("angle", "roughness"),
     ],
 )
 def test_another_quantity_is_not_taken_for_the_key_that_follows_from_it(main: Main, word: str, key: str) -> None:
-    """Half of the diameter is the radius; a friction coefficient is a result, about half of μ_i."""
+    """Half of the diameter is the radius; a friction coefficient is a result, about half of μ_i; the pin is rigid."""
     code, _, errors = main("try", f"{word}=0.3")
     assert (code, errors) == (2, f"Error: {key_shown(word)} = 0.3: {otherwise(word)}\n")
     assert key in otherwise(word)
