@@ -301,7 +301,7 @@ def test_every_problem_is_told_at_once(tmp_path):
 
 def test_of_very_many_problems_the_first_are_listed_and_the_rest_counted(tmp_path):
     with pytest.raises(ManifestError) as error:
-        load_manifest(written(tmp_path, f'title = "x"\naxes.radius = {[-1] * (MOST_LINES + 2)}'))
+        load_manifest(written(tmp_path, f'title = "x"\naxes.radius = {[-1 - i for i in range(MOST_LINES + 2)]}'))
     listed = str(error.value).splitlines()
     assert (len(lines_of(error.value)), listed[:-1], listed[-1]) == (
         MOST_LINES + 2,
