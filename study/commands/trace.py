@@ -73,7 +73,8 @@ SENTENCES: Final = {
     "slides": "steady from {from:.4g} {over} on, after the last slip; μ_k is the mean, its ± from eight parts",
     "no_stick_slip": "steady from {from:.4g} {over} on: no stick-slip, so no μ_s, period or amplitude; μ_k is the mean, its ± "
     "from eight parts",
-    "undersampled": "the force repeats after {samples:.2g} samples: too few to see slips, so there is the mean force alone",
+    "undersampled": "the force repeats after {samples:.2g} samples, or means: too few to see slips, so there is the mean force, "
+    "and no μ_k",
     "unsteady": "no μ_k: the force changes by {share:.1%} along the best steady part: needs a longer trace",
     "no_friction": "no friction: there are neither two slips nor a steady part; --from and --to choose a part of the file",
     "unlike_model": "Eq. 16-19 fit none of {count} slips within the measured forces: numbers are of largest and least samples; "
@@ -82,6 +83,10 @@ SENTENCES: Final = {
     "one_cycle": "one cycle only: no ±",
     "no_damping": "slips of fewer than {samples} samples do not tell the damping: μ_k is below the mean force, and μ_s lacks the "
     "damper's force; --damping gives both",
+    "cell_fitted": "after each slip the force cell rings, with a period of {period:.3g} {over} and damping ratio {damping:.2g}: "
+    "that is fitted together with Eq. 16-19, and is no part of the numbers",
+    "misfit": "all slips differ from Eq. 16-19 in the same way, as with friction that changes while the pin slides: ± contains "
+    "the most that this may hide, {error:.2g}{unit} of μ_s",
     "few_samples": "{samples:.3g} samples in a cycle: the largest force is between them, so μ_s has no ±",
     "correlated": "neighbouring cycles are correlated: ± is from {batches} batches of cycles, and rough; a longer trace is surer",
     "first_slip": "the first slip needs {force:.4g}{unit}, more than the others: μ_s is the mean of all",

@@ -1,6 +1,11 @@
-"""Cycles of stick-slip in a measured force: Eq. 16-19 fitted to each slip, from rise to rise."""
+"""Cycles of stick-slip in a measured force: Eq. 16-19 fitted to each slip, from rise to rise, and the cell that reads it.
+
+A force cell is an oscillator itself: it reads z of z'' + 2ζωz' + ω²z = ω²F, and rings after each slip. Where that shows in all
+slips, its ω and ζ are fitted with them.
+"""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, NamedTuple
@@ -21,6 +26,32 @@ MOST_CYCLES: Final = 64
 """Most cycles that are fitted, evenly chosen: more add little."""
 FASTER: Final = 1e3
 """Factor by which a slip's own frequency may differ from the estimate by its duration."""
+CHANCE: Final = 1e-3
+"""Probability at which noise alone seems to repeat in all slips."""
+FIRST_DAMPING: Final = 0.1
+"""Damping ratio with which a fit begins."""
+MOST_DAMPED: Final = 0.9
+"""Largest damping ratio that is fitted: from 1 on nothing oscillates."""
+STEP: Final = 1e-6
+"""Step of finite differences, in units of a slip's fall and length: a misfit below it is that of the search."""
+
+
+class Cell(NamedTuple):
+    """A force cell as an oscillator: its angular frequency ω, and its damping ratio ζ, which is 1/(2Q)."""
+
+    frequency: float
+    damping: float
+
+
+class Unknowns(NamedTuple):
+    """What a fit of a slip knows: ζ of the machine, and a cell; None to fit ζ, and of a force as it is.
+
+    fits_cell: to fit the cell, too, from the given one on.
+    """
+
+    damping: float | None
+    cell: Cell | None = None
+    fits_cell: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +59,8 @@ class Cycle:
     """Eq. 16-19 fitted to a slip: it starts at `start` with the force `static`, and slides against `kinetic`.
 
     driving: static friction, with the damper's force. trough: the force where the pin sticks again. at, fit: the closed form at
-    the times of its stretch. residual: root mean square of measured less fitted force.
+    the times of its stretch, as the cell reads it. misfit: measured less fitted force. changes: of static and kinetic force, ln ω
+    and ζ, the most that a misfit of a sum of squares of 1 can change each; as many as were fitted.
     """
 
     start: float
@@ -38,9 +70,26 @@ class Cycle:
     trough: float
     period: float
     damping: float
-    residual: float
     at: Floats
     fit: Floats
+    misfit: Floats
+    changes: Floats
+    cell: Cell | None = None
+
+    @property
+    def residual(self) -> float:
+        """Root mean square of the misfit."""
+        squares = np.mean(self.misfit**2)
+        return float(np.sqrt(squares))
+
+
+class SharedErrors(NamedTuple):
+    """Errors that all slips share: of static and kinetic force, relative of the natural period, and of ζ."""
+
+    static: float = 0.0
+    kinetic: float = 0.0
+    period: float = 0.0
+    damping: float = 0.0
 
 
 class FittedCycles(NamedTuple):
@@ -54,6 +103,8 @@ class FittedCycles(NamedTuple):
     given: bool
     samples: float
     """Samples in a cycle, at the median."""
+    cell: Cell | None = None
+    """Cell that rings after each slip, if that is seen."""
 
     def together(self) -> NDArray[np.bool_]:
         """True for each pair of neighbouring cycles without one between them that does not fit."""
@@ -63,40 +114,119 @@ class FittedCycles(NamedTuple):
             fit.append(not between)
         return np.array(fit, bool)
 
+    def shared_errors(self) -> SharedErrors:
+        """Errors by the part of the misfit that repeats in all slips, which their scatter does not show.
+
+        A fit leaves what its numbers cannot follow; what they did follow is not seen, and is taken for as large, in the
+        direction that changes each number most.
+        """
+        norm = repeated_misfit(self.cycles)
+        if not norm:
+            return SharedErrors()
+        cycles = self.free or self.cycles
+        changes = np.median([cycle.changes for cycle in cycles], axis=0)
+        return SharedErrors(*(changes * norm).tolist())
+
+
+def repeated_misfit(cycles: Sequence[Cycle]) -> float:
+    """Root of the sum of squares of the misfit that repeats in all slips, over a natural period; 0 if it may be noise.
+
+    Of m samples and n slips, noise of variance σ² gives squares of σ² between slips as within. The ratio is that of Fisher's F
+    with m/2 and m(n - 1)/2 degrees of freedom: at a common time since the slip each sample is one between two, so that at least
+    half of them are independent.
+    """
+    count = len(cycles)
+    if count < 2:
+        return 0.0
+    first = cycles[0]
+    apart = (first.at[-1] - first.at[0]) / (len(first.at) - 1)
+    lasts = min(first.period, *(float(cycle.at[-1]) - cycle.start for cycle in cycles))
+    since = np.arange(0.0, lasts, apart)
+    samples = len(since)
+    if samples < RESOLVED:
+        return 0.0
+    misfits = np.array([np.interp(cycle.start + since, cycle.at, cycle.misfit) for cycle in cycles])
+    mean = misfits.mean(axis=0)
+    within = float(np.sum((misfits - mean) ** 2)) / (count - 1)
+    between = count * float(np.sum(mean**2))
+    by_chance = float(scipy.stats.f.isf(CHANCE, samples / 2.0, samples * (count - 1) / 2.0))
+    norm = math.sqrt(max(between - within, 0.0) / count)
+    of_search = STEP * (first.static - first.trough) * math.sqrt(samples)
+    return norm if between > by_chance * within and norm > of_search else 0.0
+
 
 def fit_cycles(averages: Averaged, whole: list[int], rates: list[float], damping: float | None) -> FittedCycles:
-    """Fit Eq. 16-19 to slips. Fits that leave the measured forces and their noise are none."""
-    at, slips = averages.trace.at, averages.slips
+    """Fit Eq. 16-19 to slips, with a cell that rings after each if this explains a misfit that all slips share.
+
+    Fits that leave the measured forces and their noise are none.
+    """
     places = np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))
     chosen = [whole[int(place)] for place in places]
+    found = _fit_chosen(averages, chosen, rates, damping, None)
+    knows_damping = bool(found.damping.of) or found.given
+    if not knows_damping or not repeated_misfit(found.cycles):
+        return found
+    cell = _guess_cell(averages, found, rates, damping)
+    with_cell = _fit_chosen(averages, chosen, rates, damping, cell)
+    explains = len(with_cell.cycles) >= len(found.cycles) and not repeated_misfit(with_cell.cycles)
+    return with_cell if explains else found
+
+
+def _fit_chosen(
+    averages: Averaged, chosen: list[int], rates: list[float], damping: float | None, cell: Cell | None
+) -> FittedCycles:
+    """Fit the chosen slips, first each alone, then with the mean damping, and cell, of all."""
+    at, slips = averages.trace.at, averages.slips
     peaks = [slip.peak for slip in slips]
     samples = float(np.median(np.diff(peaks))) if len(peaks) > 1 else math.inf
 
-    def fit(zeta: float | None) -> dict[int, Cycle]:
+    def fit(unknown: Unknowns) -> dict[int, Cycle]:
         good = {}
         for number in chosen:
-            cycle = _cycle(averages, number, rates[number], zeta)
+            cycle = _cycle(averages, number, rates[number], unknown)
             if _is_inside(averages, slips[number], rates[number], cycle):
                 good[number] = cycle
         return good
 
-    free = fit(None) if damping is None else {}
+    free = fit(Unknowns(damping, cell, cell is not None)) if damping is None or cell else {}
     # The fall of a slip takes about half a natural period: its samples show the damping if they are RESOLVED or more.
     resolved = 2.0 * RESOLVED * float(np.median(np.diff(at)))
     own = {number: cycle for number, cycle in free.items() if cycle.period >= resolved}
     own = own if 2 * len(own) >= len(chosen) else {}
     known = Measured(math.nan if damping is None else damping, math.nan, 0)
-    if own:
+    if own and damping is None:
         known = mean_with_error([cycle.damping for cycle in own.values()], "1")
         known = known._replace(value=max(known.value, 0.0))
-    found = fit(known.value if math.isfinite(known.value) else 0.0)
+    cell = _mean_cell([cycle.cell for cycle in own.values() if cycle.cell])
+    found = fit(Unknowns(known.value if math.isfinite(known.value) else 0.0, cell))
     kept = [number for number in found if number in own or not own]
     if 2 * len(kept) < len(chosen):  # the model is not that of this force
         return FittedCycles([], [], [], mean_with_error([], "1"), chosen, damping is not None, samples)
     unlike = [number for number in chosen if number not in kept]
     freely = [own[number] for number in kept if number in own]
     cycles = [found[number] for number in kept]
-    return FittedCycles(cycles, freely, kept, known, unlike, damping is not None, samples)
+    return FittedCycles(cycles, freely, kept, known, unlike, damping is not None, samples, cell)
+
+
+def _mean_cell(cells: Sequence[Cell]) -> Cell | None:
+    """The cell at the medians of frequency and damping; None of none."""
+    if not cells:
+        return None
+    frequency, damping = np.median(cells, axis=0)
+    return Cell(float(frequency), float(damping))
+
+
+def _guess_cell(averages: Averaged, found: FittedCycles, rates: list[float], damping: float | None) -> Cell | None:
+    """The cell that fits the middle one of the slips best, looked for from each octave above the pin's frequency on."""
+    middle = len(found.cycles) // 2
+    number, cycle = found.chosen[middle], found.cycles[middle]
+    fastest = math.pi / float(np.median(np.diff(averages.trace.at)))
+    frequency, fits = 2.0 * math.pi / cycle.period, []
+    while 2.0 * frequency < fastest:
+        frequency *= 2.0
+        unknown = Unknowns(damping, Cell(frequency, FIRST_DAMPING), fits_cell=True)
+        fits.append(_cycle(averages, number, rates[number], unknown))
+    return min(fits, key=lambda fit: fit.residual).cell if fits else None
 
 
 def _is_inside(averages: Averaged, slip: TraceSlip, rate: float, cycle: Cycle) -> bool:
@@ -109,15 +239,19 @@ def _is_inside(averages: Averaged, slip: TraceSlip, rate: float, cycle: Cycle) -
     share = LEAST_DROP * (high - low)
     between_samples = abs(rate) * float(np.diff(cycle.at).max())
     room = share + NOISE * averages.noise + between_samples
-    near = abs(cycle.static - high) <= room and abs(cycle.trough - low) <= room
+    top, bottom = cycle.static, cycle.trough
+    if cycle.cell:  # which reads less than the peak, and more than the fall
+        after = cycle.fit[cycle.at >= cycle.start]
+        top, bottom = float(cycle.fit.max()), float(after.min())
+    near = abs(top - high) <= room and abs(bottom - low) <= room
     between = low - room <= cycle.kinetic <= high + room
     return near and between and cycle.residual**2 <= share**2 + averages.noise**2
 
 
-def _cycle(averages: Averaged, number: int, rate: float, damping: float | None) -> Cycle:
+def _cycle(averages: Averaged, number: int, rate: float, unknown: Unknowns) -> Cycle:
     """Fit the closed form to a slip, from the middle of the rise before it to the middle of the rise after it.
 
-    rate: at which the force rises. damping: ζ; None to fit it, and noise may find it below 0.
+    rate: at which the force rises. If ζ is fitted, noise may find it below 0.
     """
     at, force, slips = averages.trace.at, averages.trace.force, averages.slips
     slip = slips[number]
@@ -132,33 +266,58 @@ def _cycle(averages: Averaged, number: int, rate: float, damping: float | None) 
     fallen = force[high : slip.trough + 1] <= force[slip.trough] + 0.25 * drop
     low = high + int(np.argmax(fallen))
     length = 3.0 * float(at[low] - at[high])  # of half a cosine, a third of its time is the middle half of its fall
+    fits_damping = unknown.damping is None
+    count = 5 if fits_damping else 4
 
     # Unknown are the start, μ_s, μ_k, ω and ζ, in units of the slip's own length and drop; ω by its logarithm, so that it
-    # stays above 0.
-    def motion(unknown: Floats) -> _Motion:
-        omega = math.exp(unknown[3]) / length
-        start = at[high] + unknown[0] * length
-        static, kinetic = unknown[1] * drop, unknown[2] * drop
-        zeta = unknown[4] if damping is None else damping
-        return _motion(time, float(start), float(static), float(kinetic), rate, omega, zeta)
+    # stays above 0. Of a cell ln ω, ζ, and what still rings from the slip before.
+    def motion(values: Floats) -> _Motion:
+        omega = math.exp(values[3]) / length
+        start = at[high] + values[0] * length
+        static, kinetic = values[1] * drop, values[2] * drop
+        zeta = values[4] if unknown.damping is None else unknown.damping
+        return _motion(time, float(start), float(static), float(kinetic), rate, omega, float(zeta))
 
-    count = 5 if damping is None else 4
+    def cell_of(values: Floats) -> Cell | None:
+        if not unknown.fits_cell:
+            return unknown.cell
+        return Cell(math.exp(values[-4]) / length, float(values[-3]))
+
+    def reading(values: Floats) -> Floats:
+        found, cell = motion(values), cell_of(values)
+        if cell is None:
+            return found.force
+        return _read_by_cell(time, found, rate, cell, drop * complex(values[-2], values[-1]))
+
     top = force[slip.peak] / drop
     middle = 0.5 * (force[slip.peak] + force[slip.trough]) / drop
     # Half a cosine falls by a quarter in its first third, half a natural period takes the slip's length, ω·length = π.
-    guess = [-1.0 / 3.0, top, middle, math.log(math.pi), 0.1][:count]
-    ends = np.full(count, np.inf)
-    ends[3:] = [math.log(FASTER), 0.9][: count - 3]
+    guess = [-1.0 / 3.0, top, middle, math.log(math.pi), FIRST_DAMPING][:count]
+    ends = [np.inf, np.inf, np.inf, math.log(FASTER), MOST_DAMPED][:count]
+    least, most = [-end for end in ends], list(ends)
+    if unknown.cell and unknown.fits_cell:
+        log_frequency = math.log(unknown.cell.frequency * length)
+        guess += [log_frequency, unknown.cell.damping]
+        least += [log_frequency - math.log(FASTER), 0.0]
+        most += [log_frequency + math.log(FASTER), MOST_DAMPED]
+    if unknown.cell:
+        guess += [0.0, 0.0]
+        least += [-np.inf, -np.inf]
+        most += [np.inf, np.inf]
 
-    def misfit(unknown: Floats) -> Floats:
-        return (motion(unknown).force - values) / drop
+    def misfit(unknowns: Floats) -> Floats:
+        return (reading(unknowns) - values) / drop
 
-    steps = np.full(count, 1e-6)
-    best = scipy.optimize.least_squares(misfit, guess, bounds=(-ends, ends), diff_step=steps, max_nfev=60)
-    fit = motion(best.x)
+    steps = np.full(len(guess), STEP)
+    best = scipy.optimize.least_squares(misfit, guess, bounds=(least, most), diff_step=steps, max_nfev=60)
+    fit, cell = motion(best.x), cell_of(best.x)
     pin = fit.pin
     omega, static = math.sqrt(pin.spring_stiffness), float(best.x[1] * drop)
-    squares = np.mean((fit.force - values) ** 2)
+    slopes = np.asarray(best.jac)
+    # Rows of the pseudoinverse (JᵀJ)⁻¹Jᵀ lead from a misfit to unknowns: their norms are the roots of the diagonal of (JᵀJ)⁻¹.
+    inverse = np.linalg.pinv(slopes.T @ slopes)
+    changes = np.sqrt(np.diag(inverse)[1:count]) * np.array([1.0, 1.0, 1.0 / drop, 1.0 / drop])[: count - 1]
+    read = reading(best.x)
     # The damper pulls a pin at rest with c V = 2ζω · rate/ω².
     return Cycle(
         start=pin.time,
@@ -168,17 +327,21 @@ def _cycle(averages: Averaged, number: int, rate: float, damping: float | None) 
         trough=fit.trough,
         period=2.0 * math.pi / omega,
         damping=pin.damping_ratio,
-        residual=float(np.sqrt(squares)),
         at=time,
-        fit=fit.force,
+        fit=read,
+        misfit=values - read,
+        changes=changes,
+        cell=cell,
     )
 
 
 class _Motion(NamedTuple):
-    """The force of a pin that sticks, slips and sticks again; the pin while it slips, and the force where that ends."""
+    """The force of a pin that sticks, slips and sticks again; the pin while it slips; when, and at which force, that ends."""
 
     force: Floats
     pin: Oscillator
+    static: float
+    stop: float
     trough: float
 
 
@@ -197,7 +360,52 @@ def _motion(
     before, after = static + rate * (time - start), trough + rate * (time - stop)
     stuck = np.where(time < start, before, after)
     slides = (time >= start) & (time < stop)
-    return _Motion(np.where(slides, moving, stuck), pin, trough)
+    return _Motion(np.where(slides, moving, stuck), pin, static, float(stop), trough)
+
+
+def _read_by_cell(time: Floats, motion: _Motion, rate: float, cell: Cell, left: complex) -> Floats:
+    """Reading z of a cell, z'' + 2ζωz' + ω²z = ω²F, of the force F of a pin that sticks, slips and sticks again.
+
+    Along a line of F the reading is the same line, later by 2ζ/ω. While the pin slides F is F_k and a part A·exp(λτ),
+    which the cell reads times ω²/(λ² + 2ζωλ + ω²). Where one follows the other the cell begins to ring so that z and z'
+    go on.
+    left: what rings from earlier slips, at the first time.
+    """
+    pin, start, stop = motion.pin, motion.pin.time, max(motion.stop, motion.pin.time)
+    rings = _Ringing.of(cell.frequency, cell.damping)
+    slides = _Ringing.of(math.sqrt(pin.spring_stiffness), pin.damping_ratio)
+    late = 2.0 * cell.damping / cell.frequency * rate
+    swing = slides.amplitude(motion.static - pin.friction_force, rate)
+    pole = slides.pole
+    swing *= cell.frequency**2 / (pole**2 + 2.0 * cell.damping * cell.frequency * pole + cell.frequency**2)
+    # At the start of the slip: the reading before it, and its slope, less those of the part that follows the pin.
+    value = motion.static - late - pin.friction_force - swing.real
+    first = rings.amplitude(value, rate - (pole * swing).real)
+    lasts = stop - start
+    moved, rung = swing * np.exp(pole * lasts), first * np.exp(rings.pole * lasts)
+    value = pin.friction_force + (moved + rung).real - (motion.trough - late)
+    second = rings.amplitude(value, (pole * moved + rings.pole * rung).real - rate)
+    since, after = np.clip(time - start, 0.0, lasts), np.clip(time - stop, 0.0, None)
+    sliding = pin.friction_force + (swing * np.exp(pole * since) + first * np.exp(rings.pole * since)).real
+    before = motion.static - late + rate * (time - start)
+    behind = motion.trough - late + rate * (time - stop) + (second * np.exp(rings.pole * after)).real
+    read = np.where(time < start, before, np.where(time < stop, sliding, behind))
+    still: Floats = (left * np.exp(rings.pole * (time - time[0]))).real
+    return read + still
+
+
+class _Ringing(NamedTuple):
+    """A free oscillation, the real part of A·exp(λt)."""
+
+    pole: complex
+
+    @classmethod
+    def of(cls, frequency: float, damping: float) -> "_Ringing":
+        return cls(frequency * complex(-damping, math.sqrt(1.0 - damping**2)))
+
+    def amplitude(self, value: float, slope: float) -> complex:
+        """A of the oscillation that begins with this value and this slope."""
+        return complex(value, (self.pole.real * value - slope) / self.pole.imag)
 
 
 class StaticForce(NamedTuple):

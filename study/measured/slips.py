@@ -36,7 +36,7 @@ def _averaging_width(trace: Trace, width: int) -> Averaged:
     trace = trace.average(width)
     force = trace.force
     drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
-    slips = [slip for slip in _slips(force, max(NOISE * noise, drop)) if slip.peak > 0]
+    slips = [slip for slip in find_slips(force, max(NOISE * noise, drop)) if slip.peak > 0]
     return Averaged(width, trace, noise, drop, slips)
 
 
@@ -107,7 +107,7 @@ def keeps_sliding(averages: Averaged) -> bool:
     return bool(level and at[-1] - peaks[-1] > longest)
 
 
-def _slips(force: Floats, drop: float) -> list[TraceSlip]:
+def find_slips(force: Floats, drop: float) -> list[TraceSlip]:
     """Peaks after which the force falls by at least `drop`, with the least value before it rises by as much again."""
     found: list[TraceSlip] = []
     high = low = 0
@@ -273,3 +273,11 @@ def cut_strokes(force: Floats, middle: float, swing: float) -> list[Stroke]:
         last = int(np.flatnonzero(forces >= np.median(forces))[-1])
         found.append(Stroke(first, first + last + 1, sign))
     return [stroke for stroke in found if stroke.last - stroke.first >= FEWEST_POINTS]
+
+
+def cut_at_middle(force: Floats) -> tuple[float, list[Stroke]]:
+    """The middle of a force of both signs, and its strokes."""
+    high = float(np.median(force[force > 0.0]))
+    low = float(np.median(force[force < 0.0]))
+    middle = (high + low) / 2.0
+    return middle, cut_strokes(force, middle, (high - low) / 2.0)

@@ -35,7 +35,7 @@ from nanoslip.study.measured.slips import (
     TraceSlip,
     begin_of_rise,
     breakaway,
-    cut_strokes,
+    cut_at_middle,
     end_of_pull,
     is_turned,
     keeps_sliding,
@@ -149,7 +149,7 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
 
     A drift of the force cell is subtracted if it is beyond three of its standard errors.
     """
-    middle, strokes = _cut(trace.force)
+    middle, strokes = cut_at_middle(trace.force)
     drift = common_drift(trace, strokes)
     flags = [TraceFlag("strokes", {"strokes": len(strokes)})]
     numbers: dict[str, Measured] = {}
@@ -157,7 +157,7 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     if math.isfinite(drift.uncertainty) and abs(drift.value) > SIGNIFICANT_DRIFT * drift.uncertainty:
         rate = drift.value
         trace = trace.without(0.0, rate)
-        middle, strokes = _cut(trace.force)
+        middle, strokes = cut_at_middle(trace.force)
         force_unit = "N " if pull.unit == "N" else ""
         numbers["force_drift"] = drift._replace(unit=f"{force_unit}{_units(trace, pull)['over']}-1")
         few = "few_" if len(strokes) == 2 else ""
@@ -206,14 +206,6 @@ def _loop_flags(loops: Loops) -> Iterator[TraceFlag]:
         yield TraceFlag("as_stiff_as_rig", {})
     if loops.begins_at_rest:
         yield TraceFlag("open_loop", {})
-
-
-def _cut(force: Floats) -> tuple[float, list[Stroke]]:
-    """The middle of a force of both signs, and its strokes."""
-    high = float(np.median(force[force > 0.0]))
-    low = float(np.median(force[force < 0.0]))
-    middle = (high + low) / 2.0
-    return middle, cut_strokes(force, middle, (high - low) / 2.0)
 
 
 SIGNIFICANT_DRIFT: Final = 3.0
@@ -396,9 +388,9 @@ def _sliding(trace: Trace, averages: Averaged, pull: _Pull, flags: list[TraceFla
         flags.append(TraceFlag("unsteady", {"share": share}))
         return static
     period = samples_in_period(force[at >= start])
-    if not static and period < RESOLVED:
+    if period < RESOLVED:
         flags.append(TraceFlag("undersampled", {"samples": period}))
-        return {"mean_force": value}
+        return {**static, "mean_force": value}
     flags.append(TraceFlag("slides" if static else "no_stick_slip", {"from": start, **_units(trace, pull)}))
     return {**static, "kinetic_friction": value}
 
@@ -444,12 +436,12 @@ def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Meas
     all cycles together; it shows in the scatter of the free cycles, so the ± of a mean is taken from them.
     """
 
-    cycles, damping = fitted.cycles, fitted.damping
+    cycles, damping, shared = fitted.cycles, fitted.damping, fitted.shared_errors()
 
-    def mean(of: Callable[[Cycle], float], unit: str) -> Measured:
+    def mean(of: Callable[[Cycle], float], unit: str, shared_error: float) -> Measured:
         own = mean_with_error([of(cycle) for cycle in fitted.free or cycles], unit)
         value = np.mean([of(cycle) for cycle in cycles])
-        return own._replace(value=float(value))
+        return own._replace(value=float(value), uncertainty=math.hypot(own.uncertainty, shared_error))
 
     together = fitted.together()
     starts = [cycle.start for cycle in cycles]
@@ -459,13 +451,16 @@ def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Meas
         periods = periods[1:]
     kinetic, natural = mean_with_error([], unit), mean_with_error([], time)
     if math.isfinite(damping.value):
-        kinetic = mean(lambda cycle: cycle.kinetic, unit)
+        kinetic = mean(lambda cycle: cycle.kinetic, unit, shared.kinetic)
     if damping.of:
-        natural = mean(lambda cycle: cycle.period, time)
+        natural = mean(lambda cycle: cycle.period, time, shared.period * cycles[0].period)
+        damping = damping._replace(uncertainty=math.hypot(damping.uncertainty, shared.damping))
+    # A fall is 1 + exp(-πζ) times μ_s - μ_k, less than twice.
+    of_fall = 2.0 * math.hypot(shared.static, shared.kinetic)
     found = {
-        "static_friction": mean(lambda cycle: cycle.driving, unit),
+        "static_friction": mean(lambda cycle: cycle.driving, unit, shared.static),
         "kinetic_friction": kinetic,
-        "spring_force_amplitude": mean(lambda cycle: cycle.static - cycle.trough, unit),
+        "spring_force_amplitude": mean(lambda cycle: cycle.static - cycle.trough, unit, of_fall),
         "stick_slip_period": mean_with_error(periods, time),
         "natural_period": natural,
         "damping_ratio": damping,
@@ -508,6 +503,11 @@ def _fit_flags(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterato
         yield TraceFlag("one_cycle", {})
     if not fitted.damping.of and not fitted.given:
         yield TraceFlag("no_damping", {"samples": RESOLVED})
+    if fitted.cell:
+        period, ratio = 2.0 * math.pi / fitted.cell.frequency, fitted.cell.damping
+        yield TraceFlag("cell_fitted", {"period": period, "damping": ratio, **units})
+    if misfit := fitted.shared_errors().static:
+        yield TraceFlag("misfit", {"error": misfit, **units})
     if fitted.samples < RESOLVED:
         yield TraceFlag("few_samples", {"samples": fitted.samples})
     static = np.array([cycle.driving for cycle in cycles])
