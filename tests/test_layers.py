@@ -34,7 +34,7 @@ ORDER = {
     "nanoslip.solver.driven.kernels": "drive",
     "nanoslip.study": "shipped toml_text exit_codes notices memory canonical provenance processor origin "
     "measured manifest plan results dataset run figures inference report accuracy api commands",
-    "nanoslip.study.measured": "units columns recording slips means cycles loops over_load trace",
+    "nanoslip.study.measured": "units columns recording slips means cycles loops over_load events trace",
     "nanoslip.study.manifest": "parameters vocabulary problems surface checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost plan expectations",
     "nanoslip.study.results": "files entry attempts store",
@@ -44,7 +44,7 @@ ORDER = {
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures",
     "nanoslip.study.accuracy": "effects deciding spending setup diagram operators records measurement",
-    "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer trace cli",
+    "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer trace traces cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

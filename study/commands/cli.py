@@ -380,7 +380,13 @@ READING = (
     click.option("--time", metavar="UNIT", help="Unit of time [default: the header's, or s]"),
     click.option("--displacement", metavar="UNIT", help="Take displacement of the stage instead, in this unit, as um."),
     click.option("--force", metavar="UNIT", help="Unit of force; 1 for a coefficient [default: the header's, or N]"),
-    click.option("--load", metavar="FORCE", help='Normal load, as "100 N": numbers become coefficients.'),
+    click.option(
+        "--load",
+        "loads",
+        multiple=True,
+        metavar="FORCE",
+        help='Normal load, as "100 N": numbers become coefficients. One for all files, or one for each, in their order.',
+    ),
     click.option("--velocity", metavar="VELOCITY", help='Of the stage, as "10 um/s".'),
     click.option("--columns", nargs=2, metavar="A B", help="Time or displacement, and force: names, or from 1 on."),
     click.option("--from", "start", metavar="PLACE", help='Leave out the trace before this place, as "2 s".'),
@@ -396,12 +402,12 @@ READING = (
 
 
 @command(
-    "trace:show_trace",
-    TEXT_FILE,
-    PARAMETERS,
+    "traces:show_traces",
+    click.argument("words", nargs=-1, required=True, type=click.Path(), metavar="TEXT_FILE... [KEY=VALUE]..."),
     *READING,
     click.option("--over", type=CAMPAIGN_PATH, help="Lay it over the drive of this CAMPAIGN, and compare numbers."),
     click.option("-o", "--picture", type=NEW_FILE, help="Draw it into this file (.png, .pdf, .svg), too."),
+    click.option("--events", type=NEW_FILE, help="Write each fall of the force into this file (CSV), too."),
     JSON,
 )
 def trace() -> None:
@@ -413,6 +419,10 @@ def trace() -> None:
     column of positions that turn gives loops: energy of a cycle, friction at mid-stroke and at turns, stiffness and
     slip amplitude. With --over, KEY=VALUE select a computed drive of CAMPAIGN, whose first slip is drawn at the time
     of the first slip in TEXT_FILE.
+
+    Several files are rows of one table. Where their loads differ, friction over load is a line: slope, intercept,
+    correlation, and -o draws it. --events writes time, size, recurrence and stiffness of each fall of the force, and
+    prints the distributions of sizes and recurrences.
 
     Example: nanoslip trace lab.csv --time s --force mN --load "2 N" -o lab.png
     """

@@ -1,7 +1,8 @@
 """Command `trace`: friction, period and stiffness in a force that was measured; and its words."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -20,6 +21,8 @@ from nanoslip.study.dataset.table import one_case
 from nanoslip.study.figures import shared
 from nanoslip.study.manifest.parameters import as_written
 from nanoslip.study.measured.columns import file_text
+from nanoslip.study.measured.events import EventUnits, event_numbers, events_as_csv, find_events
+from nanoslip.study.measured.means import Measured
 from nanoslip.study.measured.over_load import has_changing_load
 from nanoslip.study.measured.recording import Trace, TraceOptions, TraceSource, read_trace
 from nanoslip.study.measured.trace import TraceFlag, TraceNumbers, measure_trace
@@ -42,6 +45,11 @@ TRACE_SYMBOLS: Final = {
     "friction_slope": "dF/dW",
     "friction_intercept": "F at W = 0",
     "load_correlation": "r",
+    "static_friction_slope": "dF_s/dW",
+    "static_friction_intercept": "F_s at W = 0",
+    "static_load_correlation": "r",
+    "drop_exponent": "τ",
+    "step_exponent": "τ",
 }
 """Symbols of the numbers of a trace."""
 SENTENCES: Final = {
@@ -124,7 +132,7 @@ class TraceReading(NamedTuple):
         given = TraceOptions(*headers, self.columns or ())
         trace = read_trace(file, file_text(file), given)
         load = parse_option("load", self.load, "N", positive=True)
-        velocity = parse_option("velocity", self.velocity, "m s-1", positive=True)
+        velocity = self.stage_velocity()
         unit = "s" if trace.over == "time" else "m"
         start = parse_option("from", self.start, unit)
         end = parse_option("to", self.end, unit)
@@ -137,6 +145,10 @@ class TraceReading(NamedTuple):
         if not math.isnan(velocity):
             trace = trace.convert_to_time(velocity)
         return trace, load, velocity
+
+    def stage_velocity(self) -> float:
+        """Velocity of the stage in m/s; NaN where it is not given. Raises Refusal."""
+        return parse_option("velocity", self.velocity, "m s-1", positive=True)
 
     def numbers(self, file: Path) -> tuple[Trace, float, TraceNumbers]:
         """The trace, its load and its numbers. Raises Refusal."""
@@ -164,32 +176,73 @@ def show_trace(
     parameters: tuple[str, ...],
     over: Path | None,
     picture: Path | None,
+    events: Path | None,
     as_json: bool,
-    **reading: Any,
+    reading: TraceReading,
 ) -> None:
-    """Print the numbers of a trace, beside the numbers of a computed drive, and draw it. reading: see
-    `TraceReading`."""
+    """Print the numbers of a trace, beside the numbers of a computed drive, draw it, and write its events."""
     form = shared.file_format(picture) if picture else ""
-    trace, weight, found = TraceReading(**reading).numbers(file)
+    trace, weight, found = reading.numbers(file)
     if over and trace.unit == "N" and math.isnan(weight):
         raise Refusal('--over: needs --load, as "100 N": computed forces are shares of the load')
     if parameters and not over:
         raise Refusal(f"{parameters[0]}: needs --over CAMPAIGN, whose case it selects")
     computed = _of_drive(over, parameters) if over else None
+    series = TraceSeries.of({file.name: trace}, {file.name: weight}, reading) if events else None
     if as_json:
-        numbers = {name: number._asdict() for name, number in found.numbers.items()}
-        notes = [] if trace.source is None else list(_left_out(trace.source))
-        notes += map(sentence, found.flags)
-        print_json({**numbers, "flags": found.flagged, "notes": notes})
+        distributions = {"events": as_mapping(series.numbers)} if series else {}
+        print_json({**json_of_trace(trace, found), **distributions})
     else:
         note(_as_read(trace))
-        print_table(_table(found, computed))
+        print_table(number_table(found.numbers, computed))
+        if series:
+            print_table(number_table(series.numbers))
         print_sentences(map(sentence, found.flags))
         if "static_friction" in found.numbers and trace.unit == "N" and math.isnan(weight):
             note('forces are in N: --load "100 N" makes them friction coefficients')
     if picture:
         write_files({picture: draw(trace, found, weight, form, computed)})
         note(whole(f"written: {picture}"), stderr=as_json)
+    if events and series:
+        write_files({events: series.text.encode()})
+        note(whole(f"written: {events}"), stderr=as_json)
+
+
+class TraceSeries(NamedTuple):
+    """Events of traces by file: the text of their CSV file, and the numbers of their distributions."""
+
+    text: str
+    numbers: dict[str, Measured]
+
+    @classmethod
+    def of(cls, traces: Mapping[str, Trace], loads: Mapping[str, float], reading: TraceReading) -> "TraceSeries":
+        """Find the events of each trace. loads: in N, NaN where they are not known."""
+        velocity = reading.stage_velocity()
+        events, units = {}, {}
+        for file, trace in traces.items():
+            load = loads[file]
+            divides = trace.unit == "N" and math.isfinite(load)
+            shown = replace(trace, force=trace.force / load, unit="1") if divides else trace
+            events[file] = find_events(shown)
+            units[file] = EventUnits.of(shown, load, velocity)
+        places = {(unit.force, unit.place) for unit in units.values()}
+        if len(places) > 1:
+            raise Refusal("--events: needs files of one kind: forces or coefficients, over time or over displacement")
+        ((force, place),) = places
+        numbers = event_numbers(list(events.values()), force, "time" if place == "s" else "displacement")
+        return cls(events_as_csv(events, units), numbers)
+
+
+def as_mapping(numbers: Mapping[str, Measured]) -> dict[str, dict[str, Any]]:
+    """Numbers of a trace for JSON."""
+    return {name: number._asdict() for name, number in numbers.items()}
+
+
+def json_of_trace(trace: Trace, found: TraceNumbers) -> dict[str, Any]:
+    """Numbers, flags and notes of a trace for JSON."""
+    notes = [] if trace.source is None else list(_left_out(trace.source))
+    notes += map(sentence, found.flags)
+    return {**as_mapping(found.numbers), "flags": found.flagged, "notes": notes}
 
 
 def _as_read(trace: Trace) -> str:
@@ -235,10 +288,11 @@ def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:
     return with_error(value, float(computed[error])) if error in computed else f"{value:.4g}"
 
 
-def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
+def number_table(numbers: Mapping[str, Measured], computed: xr.Dataset | None = None) -> Table:
+    """Numbers of a trace, a row each, beside those of a computed drive."""
     rows = []
-    is_periodic = "mean_force" in found.numbers
-    for name, (value, error, count, unit) in found.numbers.items():
+    is_periodic = "mean_force" in numbers
+    for name, (value, error, count, unit) in numbers.items():
         known = with_error(value, error) if count > 1 or math.isfinite(error) else f"{value:.4g}"
         values = plural(count, "value") if count else "given"
         written_unit = "" if unit == "1" else as_written(unit)

@@ -1,13 +1,15 @@
-"""Friction over a normal load that changes while the pin slides: its slope, and the friction without a load."""
+"""Friction over a normal load that changes while the pin slides, or from file to file: its slope, and friction at no load."""
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 import scipy
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.ensemble import jackknife
+from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE
+from nanoslip.solver.ensemble import jackknife, student
 from nanoslip.study.measured.means import Measured
 from nanoslip.study.measured.recording import NOISE
 
@@ -50,6 +52,34 @@ def friction_over_load(load: Floats, force: Floats) -> dict[str, Measured]:
     return {
         "friction_slope": Measured(float(line.slope), float(jackknife(slopes)), count),
         "friction_intercept": Measured(float(line.intercept), float(jackknife(intercepts)), count, "N"),
+        "load_correlation": Measured(float(line.rvalue), math.nan, 0),
+    }
+
+
+def has_different_loads(loads: Sequence[float]) -> bool:
+    """True if loads of several files are known, and differ by more than what counts as steady."""
+    return bool(len(loads) > 1 and np.ptp(loads) > LARGEST_CHANGE * max(loads))
+
+
+def friction_of_files(loads: Sequence[float], forces: Sequence[Measured]) -> dict[str, Measured]:
+    """Line through the friction of several files (N) over their loads (N): slope, friction at no load, and correlation.
+
+    ± is the scatter of files about the line, 68 % of Student's t; of two files it follows from their own ±.
+    """
+    values = [force.value for force in forces]
+    line = scipy.stats.linregress(loads, values)
+    count = len(loads)
+    if count > 2:
+        # Of m files a line leaves m - 2 degrees of freedom, as many as the mean of m - 1.
+        quantile = float(student(count - 1))
+        slope_error, intercept_error = quantile * float(line.stderr), quantile * float(line.intercept_stderr)
+    else:
+        (first, second), apart = (force.uncertainty for force in forces), abs(loads[1] - loads[0])
+        slope_error = math.hypot(first, second) / apart
+        intercept_error = math.hypot(loads[1] * first, loads[0] * second) / apart
+    return {
+        "friction_slope": Measured(float(line.slope), float(slope_error), count),
+        "friction_intercept": Measured(float(line.intercept), float(intercept_error), count, "N"),
         "load_correlation": Measured(float(line.rvalue), math.nan, 0),
     }
 

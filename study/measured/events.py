@@ -1,0 +1,223 @@
+"""Events of a measured force: each fall of it, and how the falls are distributed, as those of a computed record."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from nanoslip.solver.arrays import Floats
+from nanoslip.solver.sliding.sizes import rank_correlation, size_distribution
+from nanoslip.study.measured.columns import rows_as_csv
+from nanoslip.study.measured.means import Measured, mean_with_error
+from nanoslip.study.measured.recording import NOISE, Trace, two_way
+from nanoslip.study.measured.slips import (
+    FASTER_THAN_PULL,
+    Averaged,
+    TraceSlip,
+    cut_at_middle,
+    find_slips,
+    narrowest_means,
+    rise_rate,
+)
+
+BATCHES: Final = 8
+"""Batches of successive events of one trace, of which each is left out once for the ± of an exponent: as many as the members of
+an ensemble."""
+ON_LINE: Final = 8
+"""Most samples of the line that gives the force before and after a fall: single extremes are too far apart by noise."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TraceEvents:
+    """Events of a trace, arrays (e,). at: begin of the fall, in s or m. force: before it. drop: fall of the force.
+
+    recurrence: s or m since the event before, NaN of the first one of a stroke. step: to the next event, NaN of the last one.
+    rise: rate of the force's rise before the fall.
+    """
+
+    at: Floats
+    force: Floats
+    drop: Floats
+    recurrence: Floats
+    step: Floats
+    rise: Floats
+
+    def columns(self) -> tuple[Floats, ...]:
+        """All columns, in their order."""
+        return self.at, self.force, self.drop, self.recurrence, self.step, self.rise
+
+
+def find_events(trace: Trace) -> TraceEvents:
+    """All falls of a force that are above its noise and end in a rise; of strokes to and fro those of each."""
+    parts = [_events_of_pull(part) for part in _pulls(trace)]
+    return TraceEvents(*np.concatenate(parts, axis=1))
+
+
+def _pulls(trace: Trace) -> Iterator[Trace]:
+    """The trace, or its strokes of both signs with a force above zero."""
+    if not two_way(trace.force):
+        yield trace
+        return
+    middle, strokes = cut_at_middle(trace.force)
+    for stroke in strokes:
+        yield trace.part(stroke.first, stroke.last, stroke.sign, middle)
+
+
+def _events_of_pull(trace: Trace) -> Floats:
+    """Numbers of the events of a pull (6, e), in the order of TraceEvents."""
+    averages = narrowest_means(trace)
+    at, force = averages.trace.at, averages.trace.force
+    slips, rises = _without_rings(averages)
+    peaks, troughs = [slip.peak for slip in slips], [slip.trough for slip in slips]
+    lows, highs = [0, *troughs], [*peaks, len(force) - 1]
+    before = [_force_before(at, force, low, peak) for low, peak in zip(lows, peaks, strict=False)]
+    behind = [_force_behind(at, force, trough, high) for trough, high in zip(troughs, highs[1:], strict=True)]
+    begins = at[peaks] if peaks else np.empty(0)
+    apart = np.diff(begins)
+    drops = np.array(before) - np.array(behind)
+    recurrence, step = np.append(math.nan, apart), np.append(apart, math.nan)
+    return np.array([begins, before, drops, recurrence[: len(begins)], step[len(step) - len(begins) :], rises])
+
+
+def _without_rings(averages: Averaged) -> tuple[list[TraceSlip], list[float]]:
+    """Falls beyond noise that end in a rise, and the rates at which the force rose before them.
+
+    Before a fall the force rises by k·V, or by less if the pin slides. What rises faster is the ringing of the fall before, and
+    no event. k·V is the rate of most of the time.
+    """
+    at, force = averages.trace.at, averages.trace.force
+    found = [slip for slip in find_slips(force, NOISE * averages.noise) if slip.peak > 0 and slip.ended]
+    if not found:
+        return [], []
+    lows = [0, *(slip.trough for slip in found)]
+    rises = np.array([rise_rate(at, force, low, slip.peak) for low, slip in zip(lows, found, strict=False)])
+    lasts = np.array([at[slip.peak] - at[low] for low, slip in zip(lows, found, strict=False)])
+    order = np.argsort(rises)
+    half = np.searchsorted(np.cumsum(lasts[order]), lasts.sum() / 2.0)
+    usual = float(rises[order][half])
+    kept = np.flatnonzero(rises <= FASTER_THAN_PULL * usual)
+    return [found[place] for place in kept], rises[kept].tolist()
+
+
+def _force_before(at: Floats, force: Floats, low: int, peak: int) -> float:
+    """Force at a peak, on a line through samples up to it, of the later half of the rise."""
+    first = max(low + (peak - low) // 2, peak - ON_LINE + 1)
+    return _on_line(at[first : peak + 1], force[first : peak + 1], float(at[peak]))
+
+
+def _force_behind(at: Floats, force: Floats, trough: int, high: int) -> float:
+    """Force at a trough, on a line through samples from it on, of the earlier half of the rise."""
+    last = min(trough + (high - trough) // 2, trough + ON_LINE - 1)
+    return _on_line(at[trough : last + 1], force[trough : last + 1], float(at[trough]))
+
+
+def _on_line(at: Floats, force: Floats, place: float) -> float:
+    if len(at) < 3:
+        return float(force.mean()) if len(at) == 1 else float(np.interp(place, at, force))
+    line = np.polyfit(at - place, force, 1)
+    return float(line[1])
+
+
+def event_numbers(events: Sequence[TraceEvents], unit: str, over: str) -> dict[str, Measured]:
+    """Numbers of the distributions of drops, and of steps from one to the next, named as those of a dataset.
+
+    events: of each of several traces, the members of an ensemble; of a single one its batches stand for them. ± of an exponent is
+    by leaving out members, that of a correlation the standard error of independent events.
+    """
+    members = list(events) if len(events) > 1 else _batches(events[0])
+    found = {"sized_events": Measured(float(sum(len(each.drop) for each in events)), math.nan, 0)}
+    place = "s" if over == "time" else "m"
+    found |= _size_numbers("drop", [each.drop for each in members], unit)
+    found |= _size_numbers("step", [each.step for each in members], place)
+    steps = np.concatenate([each.step for each in events])
+    known = steps[np.isfinite(steps)]
+    if len(known) > 1:
+        found["step_variation"] = Measured(float(known.std() / known.mean()), math.nan, len(known))
+    pairs = {
+        "drop_correlation": [(each.drop[:-1], each.drop[1:]) for each in events],
+        "step_correlation": [(each.step[:-1], each.step[1:]) for each in events],
+        "drop_step_correlation": [(each.drop, each.step) for each in events],
+    }
+    for name, columns in pairs.items():
+        first, second = (np.concatenate(column) for column in zip(*columns, strict=True))
+        count = int((np.isfinite(first) & np.isfinite(second)).sum())
+        value = rank_correlation(first, second)
+        if math.isfinite(value):
+            # Of m independent pairs it is 0 with a standard error of 1/√(m - 1).
+            found[name] = Measured(value, 1.0 / math.sqrt(count - 1.0), count)
+    return found
+
+
+def _batches(events: TraceEvents) -> list[TraceEvents]:
+    columns = [np.array_split(column, BATCHES) for column in events.columns()]
+    return [TraceEvents(*batch) for batch in zip(*columns, strict=True)]
+
+
+def _size_numbers(name: str, members: Sequence[Floats], unit: str) -> dict[str, Measured]:
+    """Mean, largest, and the power law of sizes, if there are enough."""
+    sizes = size_distribution(*members, discrete=False)
+    if not sizes.count:
+        return {}
+    largest = Measured(sizes.largest, math.nan, 0, unit)
+    found = {f"{name}_mean": mean_with_error(_known(np.concatenate(members)), unit), f"{name}_largest": largest}
+    if math.isfinite(sizes.exponent):
+        found[f"{name}_exponent"] = Measured(sizes.exponent, sizes.exponent_uncertainty, sizes.tail)
+        found[f"{name}_cutoff"] = Measured(sizes.cutoff, math.nan, 0, unit)
+        found[f"{name}_goodness"] = Measured(sizes.goodness, math.nan, 0)
+    return found
+
+
+def _known(values: Floats) -> Floats:
+    return values[np.isfinite(values)]
+
+
+class EventUnits(NamedTuple):
+    """Units of the columns of events, and the factor from rates of rise to stiffness, which is over the way if it is known."""
+
+    force: str
+    place: str
+    stiffness: str
+    per_rate: float
+
+    @classmethod
+    def of(cls, trace: Trace, load: float, velocity: float) -> "EventUnits":
+        """Units of a trace whose force is over `load` (N) if that is known, of a stage with this velocity (m/s) if that is.
+
+        A rise is in N if the load is known, so that it is a stiffness.
+        """
+        newtons = load if math.isfinite(load) else 1.0
+        force = "N" if trace.unit == "N" or math.isfinite(load) else "1"
+        if trace.over == "displacement":
+            return cls(trace.unit, "m", f"{force}/m", newtons)
+        if math.isfinite(velocity):
+            return cls(trace.unit, "s", f"{force}/m", newtons / velocity)
+        return cls(trace.unit, "s", f"{force}/s", newtons)
+
+
+def events_as_csv(events: Mapping[str, TraceEvents], units: Mapping[str, EventUnits]) -> str:
+    """Events of each file as CSV: a row for each, in units of the header. Files with other units have their own header."""
+    rows: list[Sequence[object]] = []
+    header: Sequence[object] = ()
+    for file, found in events.items():
+        unit = units[file]
+        of_force = "" if unit.force == "1" else f" [{unit.force}]"
+        begins = "time" if unit.place == "s" else "displacement"
+        needed = (
+            "file",
+            f"{begins} [{unit.place}]",
+            f"force before{of_force}",
+            f"drop{of_force}",
+            f"recurrence [{unit.place}]",
+            f"stiffness [{unit.stiffness}]",
+        )
+        if needed != header:
+            header = needed
+            rows.append(header)
+        stiffness = found.rise * unit.per_rate
+        columns = (found.at, found.force, found.drop, found.recurrence, stiffness)
+        for numbers in zip(*columns, strict=True):
+            cells = ["" if math.isnan(number) else f"{number:.9g}" for number in numbers]
+            rows.append([file, *cells])
+    return rows_as_csv(rows)
