@@ -314,9 +314,9 @@ def _cycle(averages: Averaged, number: int, rate: float, unknown: Unknowns) -> C
     pin = fit.pin
     omega, static = math.sqrt(pin.spring_stiffness), float(best.x[1] * drop)
     slopes = np.asarray(best.jac)
-    # Rows of the pseudoinverse (JᵀJ)⁻¹Jᵀ lead from a misfit to unknowns: their norms are the roots of the diagonal of (JᵀJ)⁻¹.
-    inverse = np.linalg.pinv(slopes.T @ slopes)
-    changes = np.sqrt(np.diag(inverse)[1:count]) * np.array([1.0, 1.0, 1.0 / drop, 1.0 / drop])[: count - 1]
+    # Rows of the pseudoinverse lead from a misfit to unknowns: their norms are the most that one of norm 1 changes each.
+    most_changed = np.linalg.norm(np.linalg.pinv(slopes), axis=1)[1:count]
+    changes = most_changed * np.array([1.0, 1.0, 1.0 / drop, 1.0 / drop])[: count - 1]
     read = reading(best.x)
     # The damper pulls a pin at rest with c V = 2ζω · rate/ω².
     return Cycle(
