@@ -173,8 +173,8 @@ def campaigns() -> None:
 def new() -> None:
     """Write a commented campaign to start from.
 
-    STARTER is its name; without a name the starters are listed. FILE [default: STARTER.toml] must not exist. Files that the
-    campaign needs are written beside it.
+    STARTER is its name; without a name the starters are listed. FILE [default: STARTER.toml] must not exist; in a folder it
+    is named STARTER.toml. Files that the campaign needs are written beside it.
 
     Example: nanoslip new sweep campaigns/mine.toml
     """

@@ -63,7 +63,9 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
         return
     if starter not in found:
         raise Refusal(f"{starter}: no starter; there are {', '.join(found)}")
-    target = file or Path(f"{starter}.toml")
+    target = file or Path()
+    if target.is_dir():
+        target /= f"{starter}.toml"
     source = found[starter]
     # The files that a starter names are those of its name.
     beside = [path for path in source.parent.glob(f"{source.stem}.*") if path != source]

@@ -41,6 +41,13 @@ def test_without_a_file_a_starter_is_written_here_under_its_name(main, tmp_path,
     assert "nanoslip run roughness.toml" in said
 
 
+def test_in_a_folder_a_starter_is_written_under_its_name(main, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, said, _ = main("new", "roughness", ".")
+    assert (code, sorted(path.name for path in tmp_path.iterdir())) == (0, ["roughness.csv", "roughness.toml"])
+    assert "nanoslip run roughness.toml" in said
+
+
 @pytest.mark.parametrize("there", ["mine.toml", "roughness.csv"])
 def test_nothing_is_overwritten(main, tmp_path, there):
     (tmp_path / there).write_text("mine")
