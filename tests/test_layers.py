@@ -44,7 +44,8 @@ ORDER = {
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures",
     "nanoslip.study.accuracy": "effects deciding spending setup diagram operators records measurement",
-    "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer trace traces cli",
+    "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer trace"
+    " traces cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 
