@@ -38,7 +38,7 @@ from nanoslip.study.report.summary import failure_summary
 from nanoslip.study.results.store import Lease, StoreError
 from nanoslip.study.run.campaign import compute_campaign
 from nanoslip.study.run.child import Agent
-from nanoslip.study.run.dispatch import MeasuredTimes, Report
+from nanoslip.study.run.dispatch import MeasuredTimes, Watch
 from nanoslip.study.run.executor import Rest
 from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm, sharing
 from nanoslip.study.run.journal import Journal
@@ -319,10 +319,10 @@ def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
 
 def _is_progress_shown(
     progress: bool | None, rest: Rest, ranks: int, measured: MeasuredTimes
-) -> AbstractContextManager[Report]:
+) -> AbstractContextManager[Watch]:
     """Show progress if requested, or if standard error is a terminal."""
     errors, tasks = console(stderr=True), rest.tasks
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
     if watched if progress is None else progress:
         return open_progress(tasks, errors, ranks, measured)
-    return nullcontext(lambda *_: None)
+    return nullcontext(Watch())

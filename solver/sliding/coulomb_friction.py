@@ -18,6 +18,7 @@ from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED
+from nanoslip.solver.progress import report_progress
 from nanoslip.solver.sliding.record import off_the_slab, presliding_length
 from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, make_record_view
 
@@ -99,6 +100,7 @@ class CoulombRun:
         self.initial_stiffness = self.way.stiffness(float(rates[0][0].sum()))
         self.presliding = presliding_length(coulomb.limit_of_all(solved), self.initial_stiffness)
         while len(self.rows) < (case.max_events or math.inf) and (left := self._left()) > 0.0:
+            report_progress(max(solved.gone / (solved.gone + left), len(self.rows) / (case.max_events or math.inf)))
             step, kind, node = coulomb.next_change(solved, rates)
             longest = min(self._longest(), left)
             self.dissipated += coulomb.advance(solved, min(step, longest), rates)

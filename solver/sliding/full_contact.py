@@ -1,6 +1,8 @@
 """Slide with the whole contact: nodes slip, are released and touch as the pin moves over them (residual_shear below 1)."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +19,14 @@ from nanoslip.solver.contact.compiled_contact import (
     has_node_beyond_window,
     nodes_in_reach,
 )
-from nanoslip.solver.contact.kernels.path import follow_path
+from nanoslip.solver.contact.kernels.path import Events, follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop, total_shear
 from nanoslip.solver.contact.pin import make_pin, surface_from_pin
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED
+from nanoslip.solver.progress import report_progress
 from nanoslip.solver.sliding.record import extend_record, presliding_length
 from nanoslip.solver.sliding.way import (
     Run,
@@ -39,6 +42,8 @@ from nanoslip.solver.sliding.way import (
 RESUMABLE = 10_000
 """Number of events, for each row of nodes, after which a run restarts from its state: a run in such pieces has the same bits as
 one run. To set up the window of a plane takes as long as thousands of events."""
+REPORTED = 1_000_000
+"""Number of events, times nodes of the window, between two reports of progress: some tenths of a second."""
 LASTING = 100
 """Events that a rough pin's windows have to last on average to be worth their setting up, else the whole surface is followed."""
 AT_FIRST = 8
@@ -66,14 +71,15 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
     initial_stiffness = way.stiffness(total_shear(compiled.state.contact, compiled.state.rate))
     presliding = presliding_length(initial_limit(case, start, compliance), initial_stiffness)
     most, end_at = case.max_events or MOST_EVENTS, way.end(case, presliding)
+    share = partial(_share_done, case, start, way, presliding)
     piece = RESUMABLE * case.slab.rows
     events, held, windows, load_work = first_room(most), 0, 0, 0.0
     slipped = SlippedNodes(start.first_node, np.zeros(case.slab.nodes, np.int64))
     while True:
         stop = min(len(events.displacement), most, (held // piece + 1) * piece)
-        room, before, first, window = allocate_events(events, stop), held, compiled.first_node, compiled.window
+        before, first, window = held, compiled.first_node, compiled.window
         slips = np.zeros(len(window), np.int64)
-        status, held = follow_path(compiled.state, compiled.constants, room, slips, held, end_at)
+        status, held = _follow_in_batches(compiled, allocate_events(events, stop), slips, held, end_at, share)
         slipped.grid_slips(first, case.slab.nodes)[window] += slips
         # Kernels count nodes from the first of the window.
         events.node[before:held] = first + window[events.node[before:held]]
@@ -101,6 +107,41 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
         return None
     load_work += compiled.state.scalars["load_work"]
     return make_record_view(case, start, compliance, initial_stiffness, events, slipped, held, end, load_work)
+
+
+def _follow_in_batches(
+    compiled: CompiledContact,
+    events: Events,
+    slips: NDArray[np.int64],
+    held: int,
+    end_at: float,
+    share: Callable[[CompiledContact, int, float], float],
+) -> tuple[Stop, int]:
+    """`follow_path` in batches that report progress. They change no bit: between events all of its state is in `compiled`.
+
+    share: the share of the run that is done, see `_share_done`.
+    """
+    batch = max(REPORTED // len(compiled.window), 1)
+    while True:
+        room = allocate_events(events, min(held + batch, len(events.displacement)))
+        status, held = follow_path(compiled.state, compiled.constants, room, slips, held, end_at)
+        if status != Stop.FULL or held == len(events.displacement):
+            return status, held
+        report_progress(share(compiled, held, end_at))
+
+
+def _share_done(
+    case: Case, start: ContactState, way: Way, presliding: float, compiled: CompiledContact, held: int, end_at: float
+) -> float:
+    """Share that is done of a way that ends at `end_at`, or of the events that limit a record, after `held` events."""
+    begin, here = start.displacement, float(compiled.state.scalars["displacement"])
+    if not way.direction.pin_rate:
+        begin, here = way.load, float(-compiled.state.inputs[-1])
+    done = (here - begin) / (end_at - begin) if end_at != begin else 1.0
+    if math.isnan(way.until) and done > 0.0:
+        # Where it ends first the record has held / done events, and may go on.
+        done *= end_at / max(end_at, extend_record(case, presliding, held / done))
+    return min(max(done, held / (case.max_events or MOST_EVENTS)), 1.0)
 
 
 def continue_contact(

@@ -3,7 +3,7 @@ forward; and numbers of loops."""
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Final
 
@@ -18,6 +18,7 @@ from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.load_path import Loops, PathLine, Point, Turns
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import as_field, quantities, require
+from nanoslip.solver.progress import part_of_progress
 from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import run_way
@@ -124,7 +125,7 @@ def follow(case: Case, compliance: Compliance, seen: Callable[[ContactState], No
     # A run that ends where it starts: it has the stiffness.
     before = run_way(alone, compliance, start, Way(case.normal_load, until=start.displacement)).record
     end, outcome, flags = start, before.outcome, encode_flags(contact_flags(case, start))
-    points = case.path.points(case.normal_load, before.presliding_length) if outcome.ok else ()
+    points = [*case.path.points(case.normal_load, before.presliding_length)] if outcome.ok else []
     if outcome.ok:
         seen(start)
     for leg, state, raised in _followed(alone, compliance, start, points):
@@ -141,17 +142,18 @@ def follow(case: Case, compliance: Compliance, seen: Callable[[ContactState], No
 
 
 def _followed(
-    case: Case, compliance: Compliance, start: ContactState, points: Iterable[Point]
+    case: Case, compliance: Compliance, start: ContactState, points: Sequence[Point]
 ) -> Iterator[tuple[Leg, ContactState, int]]:
     """Each leg, the contact where it ends, and the validity flags raised on its way."""
     state, load, ahead = start, case.normal_load, 1
-    for point in points:
+    for number, point in enumerate(points):
         way = straight_way(state, load, ahead, point)
         if way is None:
             continue
         # Tolerances are shares of the load: of the larger one along a leg.
         scaled = replace(case, normal_load=max(load, point[1]))
-        run = run_way(scaled, compliance, state, way)
+        with part_of_progress(number / len(points), (number + 1) / len(points)):
+            run = run_way(scaled, compliance, state, way)
         flags = encode_flags(record_flags(scaled, start, run.record, run.end))
         yield _leg(run, state, way, point[1], case.normal_load), run.end, flags
         state, load, ahead = run.end, point[1], way.direction.ahead

@@ -19,6 +19,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.ensemble import ALONE, Ensemble, fewest_members
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
+from nanoslip.solver.progress import part_of_progress
 from nanoslip.solver.sliding.interface import PIECES, Portion, batches, chances, compressions, interface_contact
 from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.record import FrictionRecord, farthest
@@ -92,7 +93,8 @@ def portion(case: Case, compliance: Compliance, first: int, beyond: int, places:
     for number in range(first, beyond):
         try:
             contact = interface_contact(case, number, loads[number], places)
-            found = _together(found, _alone(contact, compliance, end))
+            with part_of_progress((number - first) / (beyond - first), (number + 1 - first) / (beyond - first)):
+                found = _together(found, _alone(contact, compliance, end))
         except SolverError as error:
             found = _without(found, error.outcome, 1)
     return found

@@ -35,6 +35,7 @@ from nanoslip.study.results.files import results_folder
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_campaign
 from nanoslip.study.run.child import FarmError
+from nanoslip.study.run.dispatch import Watch
 from nanoslip.study.run.executor import Rest
 from nanoslip.study.run.farm import Farm, open_farm
 from nanoslip.study.run.journal import Journal, read_task_times
@@ -205,7 +206,7 @@ def _compute_fit(farm: Farm, question: Question, out: Path, points: int) -> Fit:
 
     def progress(rest: Rest, processes: int, measured: Any) -> Any:
         if not rest.tasks:
-            return nullcontext(lambda *_: None)
+            return nullcontext(Watch())
         tasks = plural(len(rest.tasks), "task")
         warn(f"{question.manifest.title}: {tasks} of new points, {processes} {farm.unit}")
         return open_progress(rest.tasks, console(stderr=True), processes, measured)

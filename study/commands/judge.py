@@ -33,7 +33,6 @@ from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, label_text
 from nanoslip.study.results.files import results_folder, shard_folders
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, try_writing, write_files
-from nanoslip.study.run.dispatch import Watch
 from nanoslip.study.run.executor import drop_intermediates, tasks_to_do
 from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import task_program
@@ -241,7 +240,7 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
     """Compute tasks in this process alone; returns an exit code."""
     Store(out).prepare()
     with open_farm(task_program(out), serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
-        tally = farm.run(tasks, Watch(progress))
+        tally = farm.run(tasks, progress)
     if tally.halt:
         raise Refusal(tally.halt)
     if tally.interrupted:

@@ -16,7 +16,7 @@ from nanoslip.study.plan.task import Task
 from nanoslip.study.results.files import Shard, looks
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.child import FarmError
-from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, RunTally, Watch
+from nanoslip.study.run.dispatch import Done, MeasuredTimes, RunTally, Watch
 from nanoslip.study.run.executor import Rest, drop_intermediates, keys_given_up, tasks_to_do
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import BEGUN, Journal, long_task_keys, read_task_times
@@ -126,9 +126,9 @@ class Ended(NamedTuple):
     """Tasks that were not tried, as they or their inputs had failed before."""
 
 
-Show = Callable[[Rest, int, MeasuredTimes], AbstractContextManager[Report]]
-"""Called with the remaining tasks, the number of processes, and measured times; its context gives the function to
-call after each task."""
+Show = Callable[[Rest, int, MeasuredTimes], AbstractContextManager[Watch]]
+"""Called with the remaining tasks, the number of processes, and measured times; its context gives the observer to
+which all tasks are shown."""
 
 
 def compute_campaign(

@@ -28,7 +28,7 @@ from typing import Any, Final
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
 from nanoslip.study.memory import address_limit, describe_shortage, is_shortage
 from nanoslip.study.origin import Origin, adopt, find_software
-from nanoslip.study.run.dispatch import Done, Work, Worker, attempt, print_failure
+from nanoslip.study.run.dispatch import Done, Underway, Work, Worker, attempt, print_failure
 from nanoslip.study.run.launch import SIGNALS, Program, computing_environment
 
 READY: Final = "ready"
@@ -76,6 +76,11 @@ def _serve(parent: "Connection[Any, Any]") -> None:
     del reserve
     parent.send(READY)
     where, process = Worker(number, socket.gethostname()), os.getpid()
+
+    def send(news: Underway | Done) -> None:
+        if os.getpid() == process:  # else a copy of it, made by the task
+            parent.send(news)
+
     while True:
         try:
             message = parent.recv()
@@ -90,10 +95,10 @@ def _serve(parent: "Connection[Any, Any]") -> None:
                 return
             adopt(message)
             continue
-        done = attempt(execute, message, where, survive=BaseException)
+        done = attempt(execute, message, where, BaseException, send)
         if os.getpid() != process:
-            os._exit(0)  # a copy of it, made by the task
-        parent.send(done)
+            os._exit(0)
+        send(done)
         if done.passing:
             return
 
@@ -136,6 +141,8 @@ class ChildProcess:
         """True if it has got its program: it has nothing to compute with before."""
         self.ready = False
         """True if it can compute. `seconds` counts its start until then, and its task from then on."""
+        self.underway: Underway | None = None
+        """Last report of its task's progress."""
         ours, theirs = socket.socketpair()
         self._last_words = tempfile.TemporaryFile()  # noqa: SIM115  closed with the child
         with theirs:
@@ -181,6 +188,9 @@ class ChildProcess:
         """Outcome of its task, None while it runs; or why it computes none. Raises if it ended or wrote no message."""
         while self._poll.poll(0):
             message = pickle.loads(self.pipe.recv_bytes(LONGEST_PICKLE))
+            if isinstance(message, Underway):
+                self.underway = message
+                continue
             self.seconds, self._seen = 0.0, time.monotonic()  # its task's, if it has been starting
             if message != READY:
                 return message  # type: ignore[no-any-return]
@@ -313,6 +323,13 @@ class Agent:
         done = self._ended(self._begun) if self._begun else None
         self._feed()
         return [done] if done else []
+
+    def take_progress(self) -> Underway | None:
+        """The progress of its task; None if there is no report since the last call."""
+        if self._child is None:
+            return None
+        underway, self._child.underway = self._child.underway, None
+        return underway
 
     def close(self) -> None:
         """End the child; its task is lost."""

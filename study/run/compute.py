@@ -28,6 +28,7 @@ from nanoslip.solver.ensemble import Ensemble, fewest_members, omission_error
 from nanoslip.solver.last import cache_last
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
+from nanoslip.solver.progress import part_of_progress
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import Portion
 from nanoslip.solver.sliding.plateau import (
@@ -144,7 +145,9 @@ def compute_members(
             return Member((), error.outcome)
 
     for size in ensemble.sizes() if there is None else (there, *(size for size in ensemble.sizes() if size > there)):
-        found += map(tried, range(len(found), size))
+        for number in range(len(found), size):
+            with part_of_progress(number / size, (number + 1) / size):
+                found.append(tried(number))
         if ensemble.within is not None:
             target = replace(ensemble, within=ensemble.within - spent())
             if all(target.meets_target(*each) for each in _target_values(kind, target, found)):

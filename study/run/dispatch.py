@@ -14,6 +14,7 @@ from typing import Any, Final, NamedTuple, Protocol
 import numpy as np
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome, printable, quote_value
+from nanoslip.solver.progress import watch_progress
 from nanoslip.study.memory import is_shortage
 from nanoslip.study.notices import print_notice
 
@@ -131,9 +132,13 @@ class MeasuredTimes:
 
     def learn(self, task: Work, seconds: float) -> None:
         """Note the seconds that an ended task took."""
+        self._sums[task.kind][0] += 1
+        self.learn_part(task, 1.0, seconds)
+
+    def learn_part(self, task: Work, share: float, seconds: float) -> None:
+        """Note the seconds that a share of a task took."""
         sums = self._sums[task.kind]
-        sums[0] += 1
-        sums[1] += task.cost
+        sums[1] += share * task.cost
         sums[2] += seconds
 
     def as_data(self) -> dict[str, list[float]]:
@@ -216,6 +221,36 @@ class Done:
             object.__setattr__(self, "trace", printable(self.trace, LONGEST_TRACE))
 
 
+@dataclass(frozen=True, slots=True)
+class Underway:
+    """Progress of a task that is being computed."""
+
+    key: str
+    share: float
+    """Share of it that is done, 0 to 1."""
+    seconds: float
+    """Seconds since it began."""
+    processor: float
+    """Seconds of processor time since then."""
+
+
+Advance = Callable[[Underway], object]
+"""Callback: called with the progress of a task."""
+
+
+def ignore_progress(underway: Underway) -> None:
+    """The callback of a process whose progress nobody watches."""
+
+
+REPORT: Final = 1.0
+"""Shortest time between two reports of a task's progress, and before the first, in s."""
+
+
+def report_interval(ranks: int) -> float:
+    """Shortest time between two reports of a rank, in s: all ranks' together are a tenth of the parcels that rank 0 can send."""
+    return max(REPORT, 10.0 * INTERVAL * ranks)
+
+
 class Watch:
     """Observer of computed tasks."""
 
@@ -225,6 +260,9 @@ class Watch:
 
     def begun(self, tasks: Sequence[tuple[Work, float]]) -> None:
         """Tasks are handed out. With each the seconds that it is expected to take; infinite while unknown."""
+
+    def advanced(self, task: Any, underway: Underway) -> None:
+        """A task that is being computed has advanced."""
 
     def ended(self, task: Any, outcome: Outcome, seconds: float) -> None:
         """A task has ended."""
@@ -262,20 +300,30 @@ def attempt(
     task: Work,
     where: Worker,
     survive: type[BaseException] | tuple[type[BaseException], ...] = Exception,
+    advance: Advance = ignore_progress,
 ) -> Done:
     """Compute one task. An exception (a defect, never physics) becomes the outcome `crashed`, with its place and traceback.
 
-    survive: exceptions that become outcomes; others are raised.
+    survive: exceptions that become outcomes; others are raised. advance: called with its progress, at most once in REPORT.
     """
     start = perf_counter()
     start_of_processor = process_time()
+    due = REPORT
+
+    def report(share: float) -> None:
+        nonlocal due
+        seconds = perf_counter() - start
+        if seconds >= due:
+            due = seconds + REPORT
+            advance(Underway(task.key, share, seconds, process_time() - start_of_processor))
 
     def finish(outcome: Outcome, **more: Any) -> Done:
         processor = process_time() - start_of_processor
         return Done(task.key, outcome, perf_counter() - start, where, processor=processor, **more)
 
     try:
-        outcome = execute(task)
+        with watch_progress(report):
+            outcome = execute(task)
         if not isinstance(outcome, Outcome):
             raise TypeError(f"it returned {quote_value(outcome)}, no outcome")
     except CannotGoOnError as error:
@@ -358,6 +406,12 @@ class Ledger:
         if not self._measured.tasks((task.kind,)):
             return math.inf
         return max(self._measured.seconds(task), LEAST_TASK_SECONDS)
+
+    def advance(self, underway: Underway) -> None:
+        """Pass on the progress of a task; a report that arrives after the task's end is dropped."""
+        task = self.queue.tasks.get(underway.key)
+        if task is not None:
+            self._watch.advanced(task, underway)
 
     def give_back(self, keys: Iterable[str]) -> None:
         """Put taken tasks that have not begun back into the queue."""

@@ -45,6 +45,8 @@ class Farm(ABC):
         """here: how many of them are on this machine."""
         self.size, self.here, self.interruption = size, here, interruption
         self._unsettled: set[int] = set()  # those that have computed since they wrote out their results
+        self.advance: dispatch.Advance = dispatch.ignore_progress
+        """Called with the progress of tasks."""
 
     def run(self, tasks: Sequence[dispatch.Work], watch: dispatch.Watch) -> dispatch.RunTally:
         """Compute all tasks, each after its needs, idle ranks first; several at once where they are short.
@@ -53,6 +55,7 @@ class Farm(ABC):
         """
         ledger = dispatch.Ledger(tasks, watch, launch.end_of_time(os.environ))
         dispatcher = dispatch.Dispatcher(self.size, ledger, self.give)
+        self.advance = ledger.advance
 
         def take_in(found: Sequence[News]) -> None:
             for rank, ended, returned in found:
@@ -145,7 +148,8 @@ class SerialFarm(Farm):
         if not self._waiting:
             return []
         task, where = self._waiting.pop(0), dispatch.Worker(0, socket.gethostname())
-        done = dispatch.attempt(self._execute(), task, where, survive=(Exception, SystemExit, GeneratorExit))
+        survive = (Exception, SystemExit, GeneratorExit)
+        done = dispatch.attempt(self._execute(), task, where, survive, self.advance)
         dispatch.print_failure(task, done)
         return [(0, [done], ())]
 
@@ -183,7 +187,10 @@ class ProcessFarm(Farm):
     def news(self) -> list[News]:
         """The tasks that have ended; waits a little for one, where none has."""
         connection.wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], NEWS_SECONDS)
-        return [(rank, agent.arrived(), ()) for rank, agent in enumerate(self._agents)]
+        found: list[News] = [(rank, agent.arrived(), ()) for rank, agent in enumerate(self._agents)]
+        for underway in filter(None, [agent.take_progress() for agent in self._agents]):
+            self.advance(underway)
+        return found
 
 
 SHORTEST_PAUSE: Final = 1e-4
@@ -255,9 +262,13 @@ class MPIFarm(Farm):
         """Receive messages from other ranks and from this rank's child; wait a little if there are none."""
         done = self._agent.arrived()
         found: list[News] = [(0, done, ())] if done else []
+        if underway := self._agent.take_progress():
+            self.advance(underway)
         for rank, message in self._receive_messages():
             if message == TOLD_TO_STOP:
                 self.interruption.request()
+            elif isinstance(message, dispatch.Underway):
+                self.advance(message)
             elif isinstance(message, Exception):
                 raise message
             else:
@@ -271,7 +282,7 @@ class MPIFarm(Farm):
         Outcomes of short tasks are returned together, as a message costs rank 0 more than its content.
         """
         done: list[dispatch.Done] = []
-        due, reported = 0.0, False
+        due, reported, progress_due = 0.0, False, 0.0
         while True:
             messages = [message for _, message in self._receive_messages()]
             for message in messages:
@@ -290,6 +301,10 @@ class MPIFarm(Farm):
                 # Half of the work that waits here: rank 0 hears of it before this rank runs out.
                 due = due if done else time.monotonic() + dispatch.lookahead(self.size) / 2.0
                 done += ended
+            underway, now = self._agent.take_progress(), time.monotonic()
+            if underway and now >= progress_due:
+                self._send(0, underway)
+                progress_due = now + dispatch.report_interval(self.size)
             returned: Sequence[str] = ()
             interrupted = self.interruption.requested
             if interrupted and not reported:

@@ -24,7 +24,7 @@ from nanoslip.study.origin import foreign, here, this_machine, user
 from nanoslip.study.results import attempts, files
 from nanoslip.study.results.attempts import Attempt, RunRecord
 from nanoslip.study.results.store import Store
-from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, RunTally, Watch, Work
+from nanoslip.study.run.dispatch import Done, MeasuredTimes, RunTally, Underway, Watch, Work
 from nanoslip.study.run.launch import launcher_name, slurm_job
 
 FIRST: Final = 2.0
@@ -48,6 +48,7 @@ class Journal(Watch):
         self.out = out
         # Heads alone: it looks for what is kept, which whoever needs the numbers checks.
         self._store = Store(out, whole=False)
+        self._shown = Watch()
         self._command = command or shlex.join(("nanoslip", *sys.argv[1:]))
         self._notice = lru_cache(None)(print_notice)
         self._run: RunRecord | None = None
@@ -79,9 +80,9 @@ class Journal(Watch):
         self._started = time.monotonic()
         self._add(self._run)
 
-    def show(self, report: Report) -> None:
-        """Call this with each task that has ended."""
-        self._report = report
+    def show(self, shown: Watch) -> None:
+        """Show this observer the ends and the progress of all tasks."""
+        self._shown = shown
 
     def begun(self, tasks: Sequence[tuple[Work, float]]) -> None:
         """Record long tasks in progress; a full disk is ignored."""
@@ -115,7 +116,11 @@ class Journal(Watch):
             if self._run and (elapsed := time.monotonic() - self._started) >= self._next:
                 self._next = 2.0 * elapsed
                 self._add(replace(self._run, kinds=self._measured.as_data()))
-        self._report(task, outcome, seconds)
+        self._shown.ended(task, outcome, seconds)
+
+    def advanced(self, task: Any, underway: Underway) -> None:
+        """A task that is being computed has advanced."""
+        self._shown.advanced(task, underway)
 
     def failed(self, task: Any, done: Done, final: bool) -> None:
         """Write down an attempt that has failed."""

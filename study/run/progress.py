@@ -1,4 +1,4 @@
-"""Forecast of task times from finished tasks, and the progress bar."""
+"""Forecast of task times from finished tasks and the progress of others, and the progress bar."""
 
 import math
 import sys
@@ -10,11 +10,11 @@ from operator import attrgetter
 from typing import Any, Final, Self, TextIO
 
 from nanoslip.solver.outcome import Outcome
-from nanoslip.study.run.dispatch import MeasuredTimes, Work
+from nanoslip.study.run.dispatch import MeasuredTimes, Underway, Watch, Work
 
 
 class TimeForecast:
-    """Remaining time of a run: estimates scaled by measured times of each kind."""
+    """Remaining time of a run: estimates scaled by the rates measured so far, of each kind."""
 
     def __init__(self, tasks: Sequence[Work], ranks: int = 1, measured: MeasuredTimes | None = None) -> None:
         """measured: times of the campaign's tasks in earlier runs, if any."""
@@ -23,10 +23,21 @@ class TimeForecast:
         self._left: defaultdict[str, float] = defaultdict(float)
         for task in tasks:
             self._left[task.kind] += task.cost
+        self._underway: dict[str, tuple[Work, Underway]] = {}
         self._done = 0.0
+
+    def advance(self, task: Work, underway: Underway) -> None:
+        """Note the progress of a task."""
+        self._underway[task.key] = task, underway
+
+    @property
+    def underway(self) -> list[Underway]:
+        """Progress of each task that has reported some and has not ended."""
+        return [underway for _, underway in list(self._underway.values())]
 
     def learn(self, task: Work, seconds: float) -> None:
         """Note the seconds that an ended task took."""
+        self._underway.pop(task.key, None)
         self._measured.learn(task, seconds)
         self._left[task.kind] -= task.cost
         self._done += seconds
@@ -40,11 +51,19 @@ class TimeForecast:
     def share(self) -> float:
         """Share of the work that is done, 0 to 1."""
         left = self._core_seconds()
-        return self._done / (self._done + left) if left > 0.0 else 1.0
+        done = self._done + sum(underway.seconds for underway in self.underway)
+        return done / (done + left) if left > 0.0 else 1.0
 
     def _core_seconds(self) -> float:
-        left = {kind: max(seconds, 0.0) for kind, seconds in self._left.items()}
-        return sum(seconds * self._measured.factor(kind) for kind, seconds in left.items())
+        """Each task that has advanced goes on at its own rate, the others at that of their kind."""
+        left, of_begun = dict(self._left), 0.0
+        measured = MeasuredTimes(self._measured.as_data())
+        for task, underway in list(self._underway.values()):
+            if underway.share > 0.0:
+                left[task.kind] -= task.cost
+                of_begun += underway.seconds * (1.0 / underway.share - 1.0)
+                measured.learn_part(task, underway.share, underway.seconds)
+        return of_begun + sum(max(seconds, 0.0) * measured.factor(kind) for kind, seconds in left.items())
 
 
 def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float] = attrgetter("cost")) -> float:
@@ -101,8 +120,12 @@ BAR, OTHERS = 20, 72
 """Characters of a bar on a terminal, and of all other columns beside the name of a task."""
 
 
-class Progress:
-    """Called where a task has ended, while entered: a line at the start, every `SILENCE` seconds and at the end.
+CROWDED: Final = 0.5
+"""Processor time over elapsed time below which progress names it: times are promised to a factor of two."""
+
+
+class Progress(Watch):
+    """Observer that prints, while entered: a line at the start, every `SILENCE` seconds and at the end.
 
     A thread reports: a single task may take longer than that.
     """
@@ -112,7 +135,8 @@ class Progress:
     def __init__(
         self, tasks: Sequence[Work], stream: TextIO, ranks: int = 1, measured: MeasuredTimes | None = None
     ) -> None:
-        self._count, self._done = len(tasks), 0
+        super().__init__()
+        self._count, self._done, self._ranks = len(tasks), 0, ranks
         self._forecast = TimeForecast(tasks, ranks, measured)
         self._kinds = Counter(task.kind for task in tasks)
         self._stream, self._left = stream, threading.Event()
@@ -129,10 +153,16 @@ class Progress:
         self._reporting.join()
         self._end(f"in {duration(time.monotonic() - self._start)}")
 
-    def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
+    def ended(self, task: Work, outcome: Outcome, seconds: float) -> None:
+        """A task has ended."""
         self._done += 1
         self._kinds[task.kind] -= 1
         self._forecast.learn(task, seconds)
+        self._last = time.monotonic()
+
+    def advanced(self, task: Work, underway: Underway) -> None:
+        """A task that is being computed has advanced."""
+        self._forecast.advance(task, underway)
         self._last = time.monotonic()
 
     def _report(self) -> None:
@@ -148,7 +178,22 @@ class Progress:
 
     def _show(self) -> None:
         rate, left = self._pace()
-        self._print(f"{self._done} of {self._count} tasks, {rate}, {left}: {', '.join(+self._kinds)}")
+        parts = [f"{self._done} of {self._count} tasks", rate, left, self._done_of_task(), self._processor_share()]
+        self._print(f"{', '.join(filter(None, parts))}: {', '.join(+self._kinds)}")
+
+    def _done_of_task(self) -> str:
+        """How much of the only task that has advanced is done, as text."""
+        underway = self._forecast.underway
+        return f"{underway[0].share:.0%} of the task done" if len(underway) == 1 else ""
+
+    def _processor_share(self) -> str:
+        """What the processes get of a core, as text, if that is far less than a core each."""
+        underway = self._forecast.underway
+        seconds = sum(each.seconds for each in underway)
+        processor = sum(each.processor for each in underway)
+        if processor >= CROWDED * seconds:
+            return ""
+        return f"{'this' if self._ranks == 1 else 'each'} process gets {processor / seconds:.0%} of a core"
 
     @property
     def _tasks(self) -> str:
@@ -196,8 +241,18 @@ class TerminalProgress(Progress):
         texts: dict[str, Any] = {"rate": "", "left": ""}
         self._row = self._bar.add_task("", total=1.0, done=0, count=len(tasks), **texts)
 
-    def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
-        super().__call__(task, outcome, seconds)
+    def ended(self, task: Work, outcome: Outcome, seconds: float) -> None:
+        """A task has ended."""
+        super().ended(task, outcome, seconds)
+        self._show_task(task)
+
+    def advanced(self, task: Work, underway: Underway) -> None:
+        """A task that is being computed has advanced."""
+        super().advanced(task, underway)
+        self._show_task(task)
+
+    def _show_task(self, task: Work) -> None:
+        """Redraw the line, with the name of this task if it has room."""
         texts = (task.label, task.kind, "")
         self._label = next(text for text in texts if len(text) <= self._room)
         self._show()
@@ -212,7 +267,9 @@ class TerminalProgress(Progress):
     def _show(self) -> None:
         self._share = max(self._share, self._forecast.share)
         rate, left = self._pace()
-        texts: dict[str, Any] = {"rate": rate, "left": left, "description": self._label}
+        # The row has no room for both: what the processes get explains why the rate is low.
+        crowded = self._processor_share().partition(" gets ")[2]
+        texts: dict[str, Any] = {"rate": crowded or rate, "left": left, "description": self._label}
         self._bar.update(self._row, completed=self._share, done=self._done, **texts)
 
 

@@ -1,10 +1,13 @@
 """Made-up tasks, and what notes what becomes of them."""
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from nanoslip.solver.outcome import COMPLETED, Outcome
-from nanoslip.study.run.dispatch import Done, Watch
+from nanoslip.solver.progress import report_progress
+from nanoslip.study.run.dispatch import REPORT, Done, Watch
 
 LIMIT = 4.0
 """Seconds that a task may take that never ends."""
@@ -51,3 +54,16 @@ class Diary(Watch):
 
     def failed(self, task: Any, done: Done, final: bool) -> None:
         self.attempts.append((task.key, done, final))
+
+
+def advancing(_: Any) -> Callable[[Work], Outcome]:
+    """What computes a task that sleeps in parts, and reports each, until progress is due."""
+
+    def execute(task: Work) -> Outcome:
+        parts = 12
+        for part in range(parts):
+            time.sleep(1.1 * REPORT / parts)
+            report_progress((part + 1) / parts)
+        return COMPLETED
+
+    return execute

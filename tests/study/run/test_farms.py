@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import ExitStack
 from dataclasses import replace
 from types import SimpleNamespace
 from unittest.mock import Mock
@@ -21,7 +22,7 @@ from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import executor as executor_module, farm as farm_module
 from nanoslip.study.run.child import Agent, FarmError
-from nanoslip.study.run.dispatch import Done, RunTally
+from nanoslip.study.run.dispatch import REPORT, Done, RunTally
 from nanoslip.study.run.executor import executor
 from nanoslip.study.run.farm import Farm, MPIFarm, ProcessFarm, SerialFarm, open_farm
 from nanoslip.study.run.journal import Journal, long_task_keys
@@ -150,6 +151,33 @@ def test_those_who_have_computed_write_their_results_out_once_when_they_are_aske
     coordinated(ranks, DIAMOND)
     ranks.settle()
     assert ranks.computed.count("settle") > 2
+
+
+@pytest.mark.parametrize("processes", [0, 1], ids=["this process", "another one"])
+def test_a_run_hears_how_far_its_tasks_are(processes):
+    """At most once in REPORT, and only of a task that takes longer."""
+    program = Program("tests.study.run.made_up", "advancing")
+    seen = []
+
+    class Watching(Diary):
+        def advanced(self, task, underway):
+            seen.append((task.key, underway))
+
+    diary = Watching()
+    with ExitStack() as stack:
+        if processes:
+            agent = Agent(program, 0)
+            stack.callback(agent.close)
+            farm = ProcessFarm([agent])
+        else:
+            farm = SerialFarm(program.load)
+        farm.run([Work("a")], diary)
+    assert diary.reported["a"].ok
+    ((key, underway),) = seen
+    assert (key, underway.key) == ("a", "a")
+    assert 0.5 < underway.share <= 1.0
+    assert underway.seconds >= REPORT
+    assert underway.processor < 0.5 * underway.seconds  # it sleeps
 
 
 def test_after_a_signal_what_has_not_been_begun_comes_back():

@@ -12,7 +12,7 @@ from nanoslip.study.origin import here
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import RunRecord
 from nanoslip.study.run import executor, journal as journal_module
-from nanoslip.study.run.dispatch import RunTally
+from nanoslip.study.run.dispatch import RunTally, Watch
 from nanoslip.study.run.journal import Journal, read_task_times
 from tests.study.run.defects import crashing
 from tests.study.run.made_up import Work
@@ -43,7 +43,7 @@ def test_it_notes_what_tasks_with_a_result_took_and_says_so_at_ever_longer_inter
     now, heard = [0.0], []
     monkeypatch.setattr(journal_module, "time", SimpleNamespace(monotonic=lambda: now[0]))
     journal = Journal(tmp_path, "nanoslip run mine.toml")
-    journal.show(lambda task, outcome, seconds: heard.append(task.kind))
+    journal.show(Watch(lambda task, outcome, seconds: heard.append(task.kind)))
     journal.begin(1, "process")
     for _ in range(1000):
         now[0] += 1.0

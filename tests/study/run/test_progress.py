@@ -11,7 +11,7 @@ import rich.console
 
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.study.plan.kinds import compliance_task, record_task
-from nanoslip.study.run.dispatch import MeasuredTimes
+from nanoslip.study.run.dispatch import MeasuredTimes, Underway
 from nanoslip.study.run.progress import SILENCE, Progress, TerminalProgress, TimeForecast, duration, makespan, roughly
 from tests.study.plan.running import CASE
 from tests.study.run.made_up import Work
@@ -140,7 +140,7 @@ def bar_of(tasks, width):
     console = rich.console.Console(file=screen, width=width, force_terminal=True, color_system=None)
     with TerminalProgress(tasks, console) as progress:
         for task in tasks:
-            progress(task, COMPLETED, 0.01)
+            progress.ended(task, COMPLETED, 0.01)
             progress._bar.refresh()  # it redraws ten times a second by itself
     return [state.strip() for state in re.split(r"\x1b\[[0-9?]+[A-Za-z]|[\r\n]", screen.getvalue()) if state.strip()]
 
@@ -162,13 +162,81 @@ def test_the_bar_never_goes_back():
     falls = []
     with TerminalProgress(tasks, console) as progress:
         for task, seconds in zip(tasks, (1.0, 1.0, 1.0, 30.0, 60.0, 60.0), strict=True):
-            progress(task, COMPLETED, seconds)
+            progress.ended(task, COMPLETED, seconds)
             estimates.learn(task, seconds)
             shares.append(progress._bar.tasks[0].completed)
             falls.append(estimates.share)
     assert shares == sorted(shares)
     assert falls != sorted(falls)
     assert shares[-1] == 1.0
+
+
+def test_a_task_goes_on_at_its_own_rate_and_others_of_its_kind_at_the_same():
+    """A quarter in 30 s: three quarters of it and all of another take 90 s and 120 s, whatever was estimated."""
+    tasks = tasks_of("x", 2)
+    forecast = TimeForecast(tasks)
+    forecast.advance(tasks[0], Underway(tasks[0].key, 0.25, 30.0, 30.0))
+    assert forecast.seconds == pytest.approx(90.0 + 120.0)
+    assert forecast.share == pytest.approx(30.0 / 240.0)
+    forecast.learn(tasks[0], 120.0)
+    assert forecast.underway == []
+    assert forecast.seconds == pytest.approx(120.0)
+
+
+def test_a_task_that_has_only_begun_says_nothing_of_its_rate():
+    tasks = tasks_of("x", 2)
+    forecast = TimeForecast(tasks)
+    forecast.advance(tasks[0], Underway(tasks[0].key, 0.0, 30.0, 30.0))
+    assert forecast.seconds == pytest.approx(2.0)
+
+
+def test_the_bar_moves_within_a_task_and_names_it():
+    screen = io.StringIO()
+    console = rich.console.Console(file=screen, width=160, force_terminal=True, color_system=None)
+    with TerminalProgress(TASKS, console) as progress:
+        shares = []
+        for share in (0.25, 0.5, 0.75):
+            progress.advanced(TASKS[1], Underway(TASKS[1].key, share, 100.0 * share, 100.0 * share))
+            shares.append(progress._bar.tasks[0].completed)
+        assert progress._bar.tasks[0].description == TASKS[1].label
+    assert 0.0 < shares[0] < shares[1] < shares[2] < 1.0
+
+
+def lines_of(underway, ranks=1):
+    """Lines of a log in which a task advances, and no time passes."""
+    said = io.StringIO()
+    with Progress(TASKS[1:], said, ranks) as progress:
+        for each in underway:
+            progress.advanced(TASKS[1], each)
+        progress._show()
+    return said.getvalue().splitlines()
+
+
+def test_progress_of_a_task_writes_no_further_line_and_estimates_anew():
+    key = TASKS[1].key
+    few, many = (lines_of([Underway(key, 0.2, 20.0, 20.0)] * count) for count in (1, 100))
+    assert len(few) == len(many)
+    assert re.search(r"about 80 s left, 20% of the task done: record$", few[1])
+
+
+@pytest.mark.parametrize(("ranks", "word"), [(1, "this"), (4, "each")])
+def test_a_process_that_gets_little_of_a_core_is_named(ranks, word):
+    key = TASKS[1].key
+    crowded, alone = (lines_of([Underway(key, 0.2, 50.0, seconds)], ranks)[1] for seconds in (3.0, 45.0))
+    assert f"{word} process gets 6% of a core" in crowded
+    assert "core" not in alone
+    assert len(crowded) - len(alone) < 40
+
+
+def test_a_crowded_bar_fits_on_a_narrow_terminal():
+    screen = io.StringIO()
+    console = rich.console.Console(file=screen, width=80, force_terminal=True, color_system=None)
+    with TerminalProgress(tasks_of("x", 1000), console) as progress:
+        progress.advanced(Work("x0", kind="x"), Underway("x0", 0.5, 50.0, 3.0))
+        progress._bar.refresh()
+        lines = re.split(r"\x1b\[[0-9?]+[A-Za-z]|[\r\n]", screen.getvalue())
+    assert any("6% of a core" in line for line in lines)
+    assert all("…" not in line for line in lines)
 
 
 def test_nothing_to_do_is_no_bar_and_one_task_is_a_task():
@@ -184,7 +252,7 @@ def test_a_task_that_takes_longer_than_estimated_is_reported_while_it_runs(monke
     monkeypatch.setattr("nanoslip.study.run.progress.SILENCE", 0.01)
     said = io.StringIO()
     with Progress(TASKS, said) as progress:
-        progress(TASKS[0], COMPLETED, 0.001)
+        progress.ended(TASKS[0], COMPLETED, 0.001)
         while said.getvalue().count("\n") < 2:
             pass
     assert re.search(r"^1 of 2 tasks, .*late, about [\d.e-]+ s left: record$", said.getvalue(), re.M)
