@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 ORDER = {
     "nanoslip": "solver study",
     "nanoslip.solver": "arrays compiled cache_folder compiling last outcome progress parameter view slab load_path case ensemble "
-    "drive elasticity contact effects sliding dynamics driven simulate",
+    "drive elasticity contact sliding effects dynamics driven simulate",
     "nanoslip.solver.elasticity": "fields grid condensation grid_scheme schemes interior compliance",
     "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane planar half_space strip layer chain",
     "nanoslip.solver.contact": "kernels closed_forms pin limit state soundness normal convolved tableau compiled_contact coulomb"

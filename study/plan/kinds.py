@@ -22,7 +22,7 @@ from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
 from nanoslip.solver.dynamics.regime import CriticalVelocity, StickSlipCount
 from nanoslip.solver.dynamics.result import DynamicsResult, StageLegs, StageLoops
 from nanoslip.solver.dynamics.stick_slip import StickSlipFit
-from nanoslip.solver.effects import LeftOut
+from nanoslip.solver.effects import LeftOut, SpacingChange
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.ensemble import ALONE, Ensemble, Places
 from nanoslip.solver.last import cache_last
@@ -129,6 +129,11 @@ def names_to_drop(kind: Kind, manifest: Manifest) -> frozenset[str]:
 def several(manifest: Manifest) -> bool:
     """True if cases have members whose values a dataset holds beside their means."""
     return manifest.ensemble.members > 1
+
+
+def _has_target(manifest: Manifest) -> bool:
+    """True if a campaign states an error instead of a number of members."""
+    return manifest.ensemble.within is not None
 
 
 def output(name: str) -> Callable[[Manifest], bool]:
@@ -362,6 +367,7 @@ RECORD: Final = Kind(
         Part(FrictionRecord, whole=True),
         Part(Collective, wanted=_interface),
         Part(RowsOfRecord, "node_", wanted=_planar),
+        Part(SpacingChange, wanted=_has_target),
     ),
     (
         Ragged("record", "event", "row_size", output("records")),
@@ -560,7 +566,8 @@ DRIVE: Final = Kind(
         Part(DynamicsResult, whole=True),
         Part(StageLoops, wanted=reciprocates),
         Part(StageLegs, "stage_leg_", wanted=reciprocates),
-        Part(LeftOut, wanted=lambda manifest: manifest.ensemble.within is not None),
+        Part(LeftOut, wanted=_has_target),
+        Part(SpacingChange, "drive_", wanted=_has_target),
     ),
     (
         Ragged("trajectory", "sample", "trajectory_row_size", output("trajectory")),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.coefficients import INERTIAL
-from nanoslip.solver.effects import LeftOut
+from nanoslip.solver.effects import LeftOut, SpacingChange
 from nanoslip.solver.load_path import Loops
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import quantities
@@ -519,12 +519,28 @@ def _shortfalls(dataset: xr.Dataset, name: str, enough: float) -> Iterator[tuple
     width = 2.0 * abs(dataset[f"{name}_uncertainty"] / mean)
     if LEFT_OUT_ERROR.name in dataset and set(dataset[LEFT_OUT_ERROR.name].dims) <= set(width.dims):
         width = width + dataset[LEFT_OUT_ERROR.name]
+    spacing = _spacing_change(dataset, mean)
+    decided = spacing > enough
+    if decided.any():
+        change = (
+            f"twice the node spacing changes it by up to {float(spacing.max()):.1%}, which no further starts reduce"
+        )
+        yield decided, f"{change}: raise n_x; nanoslip explain estimates the time of half the spacing"
+    width = (width + spacing.fillna(0.0)).where(~decided, 0.0)
     worst = float(width.max())
     yield width > enough, f"the worst to {worst:.1%}; raise target.most, or limits.presliding"
     endings = [dataset[ending.name] for ending, *_ in variables.OUTCOMES.values() if ending.name in dataset]
     endings = [ending for ending in endings if set(ending.dims) <= set(mean.dims)]
     if endings:
         yield width.isnull() & (endings[-1] == COMPLETED), "members lack a value, or do not differ"
+
+
+def _spacing_change(dataset: xr.Dataset, number: xr.DataArray) -> xr.DataArray:
+    """Relative change of a number by twice the node spacing: of its drive, else of its record; NaN if unknown."""
+    for name in (f"drive_{SPACING_CHANGE}", SPACING_CHANGE):
+        if name in dataset and set(dataset[name].dims) == set(number.dims):
+            return dataset[name]
+    return xr.full_like(number, math.nan)
 
 
 def omission_summary(dataset: xr.Dataset) -> list[str]:
@@ -725,6 +741,10 @@ _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
 LEFT_OUT, LEFT_OUT_ERROR = quantities(LeftOut).values()
 """Variables: the effect that was left out of a case, and what it may change."""
+
+
+(SPACING_CHANGE,) = quantities(SpacingChange)
+"""Variable: the influence of the node spacing on a record's numbers; `drive_` before it, on a drive's."""
 
 
 def _varying(rows: CaseRows) -> list[str]:

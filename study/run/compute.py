@@ -21,10 +21,10 @@ from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.regime import CriticalVelocity, StickSlipCount, count_sticks
 from nanoslip.solver.dynamics.result import DynamicsResult, ending_parameter, no_legs
 from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
-from nanoslip.solver.effects import SPARED, LeftOut
+from nanoslip.solver.effects import SPARED, LeftOut, SpacingChange, on_twice_the_spacing
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, stiffness_of_node, surface_compliance
 from nanoslip.solver.elasticity.fields import InteriorFields
-from nanoslip.solver.ensemble import Ensemble, fewest_members, omission_error
+from nanoslip.solver.ensemble import Ensemble, fewest_members, mean_of, omission_error
 from nanoslip.solver.last import cache_last
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
@@ -129,14 +129,16 @@ def compute_members(
     compute: Callable[[Case, int], Member],
     there: int | None = None,
     spent: Callable[[], float] = lambda: 0.0,
+    coarse: Callable[[Case, Compliance], Member] | None = None,
 ) -> tuple[Member, ...]:
     """Compute the members of a task, or as many as its target needs. compute: one, from its case and number.
 
     A member that the physics refuses has that outcome and no values. there: number of members whose inputs exist; all
     of them are computed, and further ones only for a target. spent: relative error by what members leave out, which
-    the target includes.
+    the target includes. coarse: computes a member on twice the node spacing; its change counts in the target, too.
     """
     ensemble, found = task.ensemble, list[Member]()
+    spacing: SpacingChange | None = None
 
     def tried(number: int) -> Member:
         try:
@@ -149,10 +151,56 @@ def compute_members(
             with part_of_progress(number / size, (number + 1) / size):
                 found.append(tried(number))
         if ensemble.within is not None:
-            target = replace(ensemble, within=ensemble.within - spent())
+            if coarse and not spacing:
+                spacing = SpacingChange(spacing_change(kind, task, found, coarse))
+            allowed = error_of_starts(ensemble.within - spent(), spacing.spacing_change if spacing else math.nan)
+            target = replace(ensemble, within=allowed)
             if all(target.meets_target(*each) for each in _target_values(kind, target, found)):
                 break
+    if spacing:
+        return tuple(replace(each, values=(*each.values, spacing)) if each.values else each for each in found)
     return tuple(found)
+
+
+ENOUGH: Final = 0.1
+"""± of starts over the change by the node spacing, where the spacing decides: in squares it adds half a percent to the error."""
+
+
+def error_of_starts(within: float, change: float) -> float:
+    """Relative error (2 ±) that a target leaves to starts. change: relative change by the node spacing, NaN if unknown.
+
+    Where the spacing alone misses the target, more starts than ENOUGH asks for would be computed in vain.
+    """
+    if math.isnan(change):
+        return within
+    return max(within - change, 2.0 * ENOUGH * change)
+
+
+def spacing_change(
+    kind: kinds.Kind, task: Task, own: Sequence[Member], compute: Callable[[Case, Compliance], Member]
+) -> float:
+    """Largest relative change of a target's numbers by twice the node spacing, from means over as many members; NaN if unknown.
+
+    compute: a member's result on the coarser grid, from its case and compliance.
+    """
+    case, members = on_twice_the_spacing(task_case(task)), list[Member]()
+    if case is None:
+        return math.nan
+    compliance = surface_compliance(case.slab)
+    for number in range(len(own)):
+        try:
+            with part_of_progress(1.0, 1.0):
+                members.append(compute(task.ensemble.case(case, number), compliance))
+        except SolverError as error:
+            members.append(Member((), error.outcome))
+    changes = [math.nan]
+    for (coarse, _), (fine, _) in zip(
+        *(_target_values(kind, task.ensemble, each) for each in (members, own)), strict=True
+    ):
+        mean = float(mean_of(np.array(fine, float)).mean)
+        change = float(mean_of(np.array(coarse, float)).mean) - mean
+        changes.append(abs(change / mean) if mean else math.nan)
+    return max((change for change in changes if math.isfinite(change)), default=math.nan)
 
 
 def largest_change(kind: kinds.Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
@@ -349,7 +397,11 @@ def _record(task: Task, inputs: Inputs) -> Computed:
     def compute(case: Case, number: int) -> Member:
         return compute_record(case, compliance, task.ensemble, inputs)
 
-    return Computed(compute_members(kinds.RECORD, task, compute))
+    def compute_coarse(case: Case, coarse: Compliance) -> Member:
+        return compute_record(case, coarse, task.ensemble, {})
+
+    alone = task_case(task).interface.contacts == 1  # else its contacts would be computed one after the other
+    return Computed(compute_members(kinds.RECORD, task, compute, coarse=compute_coarse if alone else None))
 
 
 def compute_record(case: Case, compliance: Compliance, places: Ensemble, inputs: Inputs) -> Member:
@@ -460,13 +512,23 @@ class _Pulling:
         """The motion of a member, and the numbers measured in it."""
         if self.task.ensemble.within is not None and number == PAIRS:
             self._leave_out()
-        pulled = self.records[number] if number < len(self.records) else _slide_member(case, self.task, self.inputs)
+        if number < len(self.records):
+            pulled = self.records[number]
+        else:
+            pulled = _slide_member(case, task_compliance(self.task, self.inputs), self.task.ensemble)
         found = self._pulled(case, pulled, self.drive)
         if number < PAIRS:
             self.whole.append(found)
         elif self.drive is not task_drive(self.task):
-            return replace(found, only=(*self.task.ensemble.of, *quantities(LeftOut)))
+            return replace(
+                found, only=(*self.task.ensemble.of, *quantities(LeftOut), *quantities(SpacingChange, "drive_"))
+            )
         return found
+
+    def member_on(self, case: Case, compliance: Compliance) -> Member:
+        """The motion of a member on another grid, with all effects."""
+        pulled = _slide_member(case, compliance, self.task.ensemble)
+        return self._pulled(case, pulled, task_drive(self.task))
 
     def _leave_out(self) -> None:
         """First effect whose omission changes the first members' numbers by less than half of the target."""
@@ -556,15 +618,18 @@ PAIRS: Final = 2
 def _drive(task: Task, inputs: Inputs) -> Computed:
     pulling = _Pulling(task, inputs)
     there = len(pulling.records)
-    found = compute_members(kinds.DRIVE, task, pulling.member, there, lambda: pulling.left_out.left_out_error)
+    # Over a contact itself a drive reads the compliance of its own grid.
+    alone = task_case(task).interface.contacts == 1 and not task_drive(task).memory
+    coarse = pulling.member_on if alone else None
+    found = compute_members(kinds.DRIVE, task, pulling.member, there, lambda: pulling.left_out.left_out_error, coarse)
     if task.ensemble.within is not None:
         found = tuple(replace(each, values=(*each.values, pulling.left_out)) if each.values else each for each in found)
     return Computed(found)
 
 
-def _slide_member(case: Case, task: Task, inputs: Inputs) -> Recorded:
+def _slide_member(case: Case, compliance: Compliance, ensemble: Ensemble) -> Recorded:
     """The record of a member that has none yet."""
-    member = compute_record(case, task_compliance(task, inputs), task.ensemble, {})
+    member = compute_record(case, compliance, ensemble, {})
     record, plateau = member.part(FrictionRecord), member.plateau
     assert record is not None
     assert plateau is not None

@@ -1,5 +1,6 @@
 """A task computes the members of a case: a prefix of more of them, as many as a target takes, and some without the others."""
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,6 +10,7 @@ import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.drive import Drive
+from nanoslip.solver.effects import on_twice_the_spacing
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of, omission_error
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
@@ -32,7 +34,15 @@ from nanoslip.study.plan.kinds import (
 )
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.run import compute
-from nanoslip.study.run.compute import PAIRS, Member, joint_outcome, member_numbers, run_task, whole_again
+from nanoslip.study.run.compute import (
+    PAIRS,
+    Member,
+    error_of_starts,
+    joint_outcome,
+    member_numbers,
+    run_task,
+    whole_again,
+)
 from tests.study.plan.running import DRIVE, run
 
 CASE = Case(radius=50.0, slab=Slab(17), max_events=None, max_presliding=4.0)
@@ -94,6 +104,13 @@ def test_what_is_kept_of_one_members_contact_changes_no_bit_of_anothers(n_x):
 SHARED = f"plateau_mean{SHARED_ERROR}"
 
 
+@pytest.fixture
+def one_grid(monkeypatch):
+    """No grid with twice the spacing: starts alone decide."""
+    monkeypatch.setattr(compute, "on_twice_the_spacing", lambda case: None)
+
+
+@pytest.mark.usefixtures("one_grid")
 def test_a_target_doubles_the_members_until_they_know_enough():
     names = ("plateau_mean",)
     found = {size: records(Ensemble(size)).scalars for size in (3, 6)}
@@ -105,6 +122,75 @@ def test_a_target_doubles_the_members_until_they_know_enough():
         assert len(records(Ensemble(12, math.sqrt(reached[3] * reached[6]), names)).scalars["plateau_mean"]) == 6
 
 
+@pytest.mark.parametrize(("within", "change"), itertools.product((0.01, 0.1), (0.0, 0.001, 0.009, 0.05, math.nan)))
+def test_starts_and_spacing_together_are_within_the_target_or_the_spacing_alone_is_not(within, change):
+    allowed = error_of_starts(within, change)
+    if math.isnan(change):
+        assert allowed == within
+    elif allowed + change > within * (1.0 + 1e-12):
+        # Then starts add in squares, at most, half a percent to what the spacing decides.
+        assert math.hypot(change, 0.5 * allowed) <= 1.0051 * change
+        assert (1.0 + 2.0 * compute.ENOUGH) * change > within
+    assert allowed > 0.0
+
+
+def coarse_records(ensemble: Ensemble) -> TaskResult:
+    """Records of members on twice the node spacing, as a campaign on that grid computes them."""
+    case = on_twice_the_spacing(CASE)
+    assert case is not None
+    assert case.slab.spacing == 2.0 * CASE.slab.spacing
+    return records(ensemble, case)
+
+
+def test_members_are_not_multiplied_where_the_spacing_decides():
+    """The change is that between means of as many members on either grid."""
+    found = records(Ensemble(48, 1e-6, ("plateau_mean",))).scalars
+    own, coarse = records(Ensemble(3)).scalars, coarse_records(Ensemble(3)).scalars
+    (change,) = set(found["spacing_change"])
+    fine = np.mean(own["plateau_mean"])
+    assert change == pytest.approx(abs(np.mean(coarse["plateau_mean"]) - fine) / fine, rel=1e-12)
+    assert change > 1e-3
+    known = mean_of(np.array(found["plateau_mean"]), found[SHARED][0])
+    enough = 2.0 * known.uncertainty / known.mean <= 2.0 * compute.ENOUGH * change
+    assert enough == (len(found["plateau_mean"]) < 48)
+    assert found["plateau_mean"][:3] == own["plateau_mean"]
+
+
+def test_a_campaign_without_a_target_computes_one_grid_alone(monkeypatch):
+    def refused(case: Case) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(compute, "on_twice_the_spacing", refused)
+    assert "spacing_change" not in records(Ensemble(3)).scalars
+
+
+def test_the_change_of_a_drives_number_is_that_of_drives_over_records_on_twice_the_spacing():
+    wanted = Ensemble(3, 1e-9, ("kinetic_friction",))
+    found = run(compliance_task(CASE.slab), record_task(CASE, wanted), drive_task(CASE, DRIVE, wanted)).scalars
+    coarse = on_twice_the_spacing(CASE)
+    assert coarse is not None
+    own, other = (
+        np.mean(
+            run(
+                compliance_task(case.slab), record_task(case, Ensemble(3)), drive_task(case, DRIVE, Ensemble(3))
+            ).scalars["kinetic_friction"]
+        )
+        for case in (CASE, coarse)
+    )
+    assert set(found["drive_spacing_change"]) == {pytest.approx(abs(other - own) / own, rel=1e-12)}
+
+
+def test_a_grid_with_flags_that_the_case_has_not_is_no_measure_of_its_spacing():
+    assert on_twice_the_spacing(replace(CASE, slab=Slab(33), radius=100.0)) is None
+    finer = on_twice_the_spacing(replace(CASE, slab=Slab(129), radius=100.0))
+    assert finer == replace(CASE, slab=Slab(65), radius=100.0)
+    given = replace(Slab(129).scheme, bottom_row=65)
+    kept = on_twice_the_spacing(replace(CASE, slab=Slab(129, scheme=given), radius=100.0))
+    assert kept is not None
+    assert kept.slab.scheme == given
+
+
+@pytest.mark.usefixtures("one_grid")
 def test_a_target_of_a_drive_slides_the_members_that_its_record_lacks():
     """They are those that a record of so many would have."""
     wanted = Ensemble(6, 1e-9, ("kinetic_friction",))

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import math
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -165,6 +166,21 @@ def test_numbers_that_are_known_unfinished_or_asked_for_by_nobody_are_not_short_
     assert short_summary(ensembles([0.02], asked="[ensemble]\nmembers = 8")) == []
     assert short_summary(ensembles([0.02], asked='[target]\nwithin = 0.02\nof = ["static_friction"]')) == []
     assert short_summary(xr.Dataset()) == []
+
+
+def test_what_the_spacing_decides_is_said_apart_from_what_more_starts_would_know() -> None:
+    """Both count: 1 % by starts and 1.5 % by the spacing are more than 2 %."""
+    data = ensembles([0.002, 0.005, 0.02, 0.002])
+    assert len(short_summary(data)) == 1
+    changes = data.assign(spacing_change=("normal_load", [0.001, 0.015, 0.001, 0.03]))
+    by_spacing, by_starts = short_summary(changes)
+    assert "3.0%" in by_spacing
+    assert "n_x" in by_spacing
+    assert "target.most" not in by_spacing
+    assert "target.most" in by_starts
+    assert "2 of 4" in by_starts
+    assert short_summary(changes.isel(normal_load=[0])) == []
+    assert short_summary(changes.assign(spacing_change=("normal_load", 4 * [math.nan]))) == short_summary(data)
 
 
 def test_what_a_campaign_asks_for_stands_before_other_numbers() -> None:
