@@ -193,14 +193,14 @@ def spacing_change(
                 members.append(compute(task.ensemble.case(case, number), compliance))
         except SolverError as error:
             members.append(Member((), error.outcome))
-    changes = [math.nan]
-    for (coarse, _), (fine, _) in zip(
-        *(_target_values(kind, task.ensemble, each) for each in (members, own)), strict=True
-    ):
+    on_coarse = _target_values(kind, task.ensemble, members)
+    on_fine = _target_values(kind, task.ensemble, own)
+    changes = list[float]()
+    for (coarse, _), (fine, _) in zip(on_coarse, on_fine, strict=True):
         mean = float(mean_of(np.array(fine, float)).mean)
         change = float(mean_of(np.array(coarse, float)).mean) - mean
         changes.append(abs(change / mean) if mean else math.nan)
-    return max((change for change in changes if math.isfinite(change)), default=math.nan)
+    return max(filter(math.isfinite, changes), default=math.nan)
 
 
 def largest_change(kind: kinds.Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
