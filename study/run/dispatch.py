@@ -256,7 +256,7 @@ class Watch:
 
     def __init__(self, report: Report = lambda *_: None) -> None:
         """report: called with each task that has ended."""
-        self._report = report
+        self._report_end = report
 
     def begun(self, tasks: Sequence[tuple[Work, float]]) -> None:
         """Tasks are handed out. With each the seconds that it is expected to take; infinite while unknown."""
@@ -266,7 +266,7 @@ class Watch:
 
     def ended(self, task: Any, outcome: Outcome, seconds: float) -> None:
         """A task has ended."""
-        self._report(task, outcome, seconds)
+        self._report_end(task, outcome, seconds)
 
     def failed(self, task: Any, done: Done, final: bool) -> None:
         """An attempt has failed. final: it is not tried again."""
