@@ -122,7 +122,7 @@ def test_a_target_doubles_the_members_until_they_know_enough():
         assert len(records(Ensemble(12, math.sqrt(reached[3] * reached[6]), names)).scalars["plateau_mean"]) == 6
 
 
-@pytest.mark.parametrize(("within", "change"), itertools.product((0.01, 0.1), (0.0, 0.001, 0.009, 0.05, math.nan)))
+@pytest.mark.parametrize(("within", "change"), [*itertools.product((0.01, 0.1), (0.0, 0.001, 0.009, 0.05, math.nan))])
 def test_starts_and_spacing_together_are_within_the_target_or_the_spacing_alone_is_not(within, change):
     allowed = error_of_starts(within, change)
     if math.isnan(change):
