@@ -8,10 +8,8 @@ from typing import Any, Final, Generic, TypeVar
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import estimate_half_width
 from nanoslip.solver.drive import OVER_A_CONTACT, TO_AND_FRO, Drive, other_than_a_contact
-from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.validity import predict_flags
 
 Scene = TypeVar("Scene", Case, Drive)
 
@@ -104,20 +102,6 @@ class SpacingChange:
         comment="largest of all requested numbers, of means over the first members; NaN if the scheme, too few nodes in contact, "
         "an interface or a drive over the contact exclude twice the spacing",
     )
-
-
-def on_twice_the_spacing(case: Case) -> Case | None:
-    """The case on nodes about twice as far apart; None if its scheme or settings exclude that, or if the coarser grid has a
-    validity flag that the case itself has not: its numbers would not measure the influence of the spacing."""
-    nodes = 2 * round((case.slab.n_x - 1) / 4) + 1  # all schemes take odd numbers alone
-    scheme = case.slab.scheme
-    # Settings that nobody gave follow from the number of nodes.
-    usual = replace(case.slab, scheme=scheme.name)
-    try:
-        coarse = replace(case, slab=replace(case.slab, n_x=nodes, scheme=scheme.name if usual == case.slab else scheme))
-    except InvalidInput:
-        return None
-    return None if {*predict_flags(coarse)} - {*predict_flags(case)} else coarse
 
 
 def _bottomless(slab: Slab) -> Slab:

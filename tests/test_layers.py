@@ -24,8 +24,8 @@ ORDER = {
     "nanoslip.solver.contact": "kernels closed_forms pin limit state soundness normal convolved tableau compiled_contact coulomb"
     " initial",
     "nanoslip.solver.contact.kernels": "pivots state events path",
-    "nanoslip.solver.sliding": "kernels record plateau validity way full_contact constant_pressures coulomb_friction slide"
-    " path statistics interface slider power_law sizes",
+    "nanoslip.solver.sliding": "kernels record plateau validity coarsening way full_contact constant_pressures coulomb_friction"
+    " slide path statistics interface slider power_law sizes",
     "nanoslip.solver.sliding.kernels": "constant_pressures cycle",
     "nanoslip.solver.dynamics": "friction_limit kernels result coefficients stick_slip regime integrators duration"
     " critical to_and_fro",

@@ -21,7 +21,7 @@ from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.regime import CriticalVelocity, StickSlipCount, count_sticks
 from nanoslip.solver.dynamics.result import DynamicsResult, ending_parameter, no_legs
 from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
-from nanoslip.solver.effects import SPARED, LeftOut, SpacingChange, on_twice_the_spacing
+from nanoslip.solver.effects import SPARED, LeftOut, SpacingChange
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, stiffness_of_node, surface_compliance
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.ensemble import Ensemble, fewest_members, mean_of, omission_error
@@ -30,6 +30,7 @@ from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
 from nanoslip.solver.progress import part_of_progress
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.coarsening import on_twice_the_spacing
 from nanoslip.solver.sliding.interface import Portion
 from nanoslip.solver.sliding.plateau import (
     Plateau,

@@ -178,7 +178,8 @@ class Progress(Watch):
 
     def _show(self) -> None:
         rate, left = self._pace()
-        parts = [f"{self._done} of {self._count} tasks", rate, left, self._done_of_task(), self._processor_share()]
+        share = self._processor_share("this process gets " if self._ranks == 1 else "each process gets ")
+        parts = [f"{self._done} of {self._count} tasks", rate, left, self._done_of_task(), share]
         self._print(f"{', '.join(filter(None, parts))}: {', '.join(+self._kinds)}")
 
     def _done_of_task(self) -> str:
@@ -186,14 +187,12 @@ class Progress(Watch):
         underway = self._forecast.underway
         return f"{underway[0].share:.0%} of the task done" if len(underway) == 1 else ""
 
-    def _processor_share(self) -> str:
-        """What the processes get of a core, as text, if that is far less than a core each."""
+    def _processor_share(self, process: str = "") -> str:
+        """What a process gets of a core, as text behind its name, if that is far less than a core."""
         underway = self._forecast.underway
         seconds = sum(each.seconds for each in underway)
         processor = sum(each.processor for each in underway)
-        if processor >= CROWDED * seconds:
-            return ""
-        return f"{'this' if self._ranks == 1 else 'each'} process gets {processor / seconds:.0%} of a core"
+        return "" if processor >= CROWDED * seconds else f"{process}{processor / seconds:.0%} of a core"
 
     @property
     def _tasks(self) -> str:
@@ -268,8 +267,7 @@ class TerminalProgress(Progress):
         self._share = max(self._share, self._forecast.share)
         rate, left = self._pace()
         # The row has no room for both: what the processes get explains why the rate is low.
-        crowded = self._processor_share().partition(" gets ")[2]
-        texts: dict[str, Any] = {"rate": crowded or rate, "left": left, "description": self._label}
+        texts: dict[str, Any] = {"rate": self._processor_share() or rate, "left": left, "description": self._label}
         self._bar.update(self._row, completed=self._share, done=self._done, **texts)
 
 
