@@ -44,7 +44,7 @@ class Cell(NamedTuple):
 
 
 class Unknowns(NamedTuple):
-    """What a fit of a slip knows: ζ of the machine, and a cell; None to fit ζ, and of a force as it is.
+    """Knowledge of a fit to a slip: ζ of the machine, and a cell; None to fit ζ, and of a force as it is.
 
     fits_cell: to fit the cell, too, from the given one on.
     """
@@ -114,13 +114,13 @@ class FittedCycles(NamedTuple):
             fit.append(not between)
         return np.array(fit, bool)
 
-    def shared_errors(self) -> SharedErrors:
+    def estimate_shared_errors(self) -> SharedErrors:
         """Errors by the part of the misfit that repeats in all slips, which their scatter does not show.
 
         A fit leaves what its numbers cannot follow; what they did follow is not seen, and is taken for as large, in the
         direction that changes each number most.
         """
-        norm = repeated_misfit(self.cycles)
+        norm = find_common_misfit(self.cycles)
         if not norm:
             return SharedErrors()
         cycles = self.free or self.cycles
@@ -128,7 +128,7 @@ class FittedCycles(NamedTuple):
         return SharedErrors(*(changes * norm).tolist())
 
 
-def repeated_misfit(cycles: Sequence[Cycle]) -> float:
+def find_common_misfit(cycles: Sequence[Cycle]) -> float:
     """Root of the sum of squares of the misfit that repeats in all slips, over a natural period; 0 if it may be noise.
 
     Of m samples and n slips, noise of variance σ² gives squares of σ² between slips as within. The ratio is that of Fisher's F
@@ -164,11 +164,11 @@ def fit_cycles(averages: Averaged, whole: list[int], rates: list[float], damping
     chosen = [whole[int(place)] for place in places]
     found = _fit_chosen(averages, chosen, rates, damping, None)
     knows_damping = bool(found.damping.of) or found.given
-    if not knows_damping or not repeated_misfit(found.cycles):
+    if not knows_damping or not find_common_misfit(found.cycles):
         return found
     cell = _guess_cell(averages, found, rates, damping)
     with_cell = _fit_chosen(averages, chosen, rates, damping, cell)
-    explains = len(with_cell.cycles) >= len(found.cycles) and not repeated_misfit(with_cell.cycles)
+    explains = len(with_cell.cycles) >= len(found.cycles) and not find_common_misfit(with_cell.cycles)
     return with_cell if explains else found
 
 
@@ -278,13 +278,13 @@ def _cycle(averages: Averaged, number: int, rate: float, unknown: Unknowns) -> C
         zeta = values[4] if unknown.damping is None else unknown.damping
         return _motion(time, float(start), float(static), float(kinetic), rate, omega, float(zeta))
 
-    def cell_of(values: Floats) -> Cell | None:
+    def as_cell(values: Floats) -> Cell | None:
         if not unknown.fits_cell:
             return unknown.cell
         return Cell(math.exp(values[-4]) / length, float(values[-3]))
 
     def reading(values: Floats) -> Floats:
-        found, cell = motion(values), cell_of(values)
+        found, cell = motion(values), as_cell(values)
         if cell is None:
             return found.force
         return _read_by_cell(time, found, rate, cell, drop * complex(values[-2], values[-1]))
@@ -310,7 +310,7 @@ def _cycle(averages: Averaged, number: int, rate: float, unknown: Unknowns) -> C
 
     steps = np.full(len(guess), STEP)
     best = scipy.optimize.least_squares(misfit, guess, bounds=(least, most), diff_step=steps, max_nfev=60)
-    fit, cell = motion(best.x), cell_of(best.x)
+    fit, cell = motion(best.x), as_cell(best.x)
     pin = fit.pin
     omega, static = math.sqrt(pin.spring_stiffness), float(best.x[1] * drop)
     slopes = np.asarray(best.jac)

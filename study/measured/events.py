@@ -69,11 +69,11 @@ def _events_of_pull(trace: Trace) -> Floats:
     """Numbers of the events of a pull (6, e), in the order of TraceEvents."""
     averages = narrowest_means(trace)
     at, force = averages.trace.at, averages.trace.force
-    slips, rises = _without_rings(averages)
+    slips, rises = _drop_rings(averages)
     peaks, troughs = [slip.peak for slip in slips], [slip.trough for slip in slips]
     lows, highs = [0, *troughs], [*peaks, len(force) - 1]
-    before = [_force_before(at, force, low, peak) for low, peak in zip(lows, peaks, strict=False)]
-    behind = [_force_behind(at, force, trough, high) for trough, high in zip(troughs, highs[1:], strict=True)]
+    before = [_peak_force(at, force, low, peak) for low, peak in zip(lows, peaks, strict=False)]
+    behind = [_trough_force(at, force, trough, high) for trough, high in zip(troughs, highs[1:], strict=True)]
     begins = at[peaks] if peaks else np.empty(0)
     apart = np.diff(begins)
     drops = np.array(before) - np.array(behind)
@@ -81,7 +81,7 @@ def _events_of_pull(trace: Trace) -> Floats:
     return np.array([begins, before, drops, recurrence[: len(begins)], step[len(step) - len(begins) :], rises])
 
 
-def _without_rings(averages: Averaged) -> tuple[list[TraceSlip], list[float]]:
+def _drop_rings(averages: Averaged) -> tuple[list[TraceSlip], list[float]]:
     """Falls beyond noise that end in a rise, and the rates at which the force rose before them.
 
     Before a fall the force rises by k·V, or by less if the pin slides. What rises faster is the ringing of the fall before, and
@@ -101,19 +101,19 @@ def _without_rings(averages: Averaged) -> tuple[list[TraceSlip], list[float]]:
     return [found[place] for place in kept], rises[kept].tolist()
 
 
-def _force_before(at: Floats, force: Floats, low: int, peak: int) -> float:
+def _peak_force(at: Floats, force: Floats, low: int, peak: int) -> float:
     """Force at a peak, on a line through samples up to it, of the later half of the rise."""
     first = max(low + (peak - low) // 2, peak - ON_LINE + 1)
-    return _on_line(at[first : peak + 1], force[first : peak + 1], float(at[peak]))
+    return _fit_force(at[first : peak + 1], force[first : peak + 1], float(at[peak]))
 
 
-def _force_behind(at: Floats, force: Floats, trough: int, high: int) -> float:
+def _trough_force(at: Floats, force: Floats, trough: int, high: int) -> float:
     """Force at a trough, on a line through samples from it on, of the earlier half of the rise."""
     last = min(trough + (high - trough) // 2, trough + ON_LINE - 1)
-    return _on_line(at[trough : last + 1], force[trough : last + 1], float(at[trough]))
+    return _fit_force(at[trough : last + 1], force[trough : last + 1], float(at[trough]))
 
 
-def _on_line(at: Floats, force: Floats, place: float) -> float:
+def _fit_force(at: Floats, force: Floats, place: float) -> float:
     if len(at) < 3:
         return float(force.mean()) if len(at) == 1 else float(np.interp(place, at, force))
     line = np.polyfit(at - place, force, 1)
@@ -161,7 +161,7 @@ def _size_numbers(name: str, members: Sequence[Floats], unit: str) -> dict[str, 
     if not sizes.count:
         return {}
     largest = Measured(sizes.largest, math.nan, 0, unit)
-    found = {f"{name}_mean": mean_with_error(_known(np.concatenate(members)), unit), f"{name}_largest": largest}
+    found = {f"{name}_mean": mean_with_error(_finite_part(np.concatenate(members)), unit), f"{name}_largest": largest}
     if math.isfinite(sizes.exponent):
         found[f"{name}_exponent"] = Measured(sizes.exponent, sizes.exponent_uncertainty, sizes.tail)
         found[f"{name}_cutoff"] = Measured(sizes.cutoff, math.nan, 0, unit)
@@ -169,7 +169,7 @@ def _size_numbers(name: str, members: Sequence[Floats], unit: str) -> dict[str, 
     return found
 
 
-def _known(values: Floats) -> Floats:
+def _finite_part(values: Floats) -> Floats:
     return values[np.isfinite(values)]
 
 

@@ -436,7 +436,7 @@ def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Meas
     all cycles together; it shows in the scatter of the free cycles, so the ± of a mean is taken from them.
     """
 
-    cycles, damping, shared = fitted.cycles, fitted.damping, fitted.shared_errors()
+    cycles, damping, shared = fitted.cycles, fitted.damping, fitted.estimate_shared_errors()
 
     def mean(of: Callable[[Cycle], float], unit: str, shared_error: float) -> Measured:
         own = mean_with_error([of(cycle) for cycle in fitted.free or cycles], unit)
@@ -506,7 +506,7 @@ def _fit_flags(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterato
     if fitted.cell:
         period, ratio = 2.0 * math.pi / fitted.cell.frequency, fitted.cell.damping
         yield TraceFlag("cell_fitted", {"period": period, "damping": ratio, **units})
-    if misfit := fitted.shared_errors().static:
+    if misfit := fitted.estimate_shared_errors().static:
         yield TraceFlag("misfit", {"error": misfit, **units})
     if fitted.samples < RESOLVED:
         yield TraceFlag("few_samples", {"samples": fitted.samples})

@@ -30,7 +30,7 @@ from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
 from nanoslip.solver.progress import part_of_progress
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.coarsening import on_twice_the_spacing
+from nanoslip.solver.sliding.coarsening import double_spacing
 from nanoslip.solver.sliding.interface import Portion
 from nanoslip.solver.sliding.plateau import (
     Plateau,
@@ -164,7 +164,7 @@ def compute_members(
 
 
 ENOUGH: Final = 0.1
-"""± of starts over the change by the node spacing, where the spacing decides: in squares it adds half a percent to the error."""
+"""Ratio of ± of starts to the change by the node spacing, where that decides: in squares it adds half a percent to the error."""
 
 
 def error_of_starts(within: float, change: float) -> float:
@@ -184,7 +184,7 @@ def spacing_change(
 
     compute: a member's result on the coarser grid, from its case and compliance.
     """
-    case, members = on_twice_the_spacing(task_case(task)), list[Member]()
+    case, members = double_spacing(task_case(task)), list[Member]()
     if case is None:
         return math.nan
     compliance = surface_compliance(case.slab)
@@ -526,7 +526,7 @@ class _Pulling:
             )
         return found
 
-    def member_on(self, case: Case, compliance: Compliance) -> Member:
+    def coarse_member(self, case: Case, compliance: Compliance) -> Member:
         """The motion of a member on another grid, with all effects."""
         pulled = _slide_member(case, compliance, self.task.ensemble)
         return self._pulled(case, pulled, task_drive(self.task))
@@ -621,7 +621,7 @@ def _drive(task: Task, inputs: Inputs) -> Computed:
     there = len(pulling.records)
     # Over a contact itself a drive reads the compliance of its own grid.
     alone = task_case(task).interface.contacts == 1 and not task_drive(task).memory
-    coarse = pulling.member_on if alone else None
+    coarse = pulling.coarse_member if alone else None
     found = compute_members(kinds.DRIVE, task, pulling.member, there, lambda: pulling.left_out.left_out_error, coarse)
     if task.ensemble.within is not None:
         found = tuple(replace(each, values=(*each.values, pulling.left_out)) if each.values else each for each in found)

@@ -183,12 +183,12 @@ class Progress(Watch):
         self._print(f"{', '.join(filter(None, parts))}: {', '.join(+self._kinds)}")
 
     def _done_of_task(self) -> str:
-        """How much of the only task that has advanced is done, as text."""
+        """Share that is done of the only task that has advanced, as text."""
         underway = self._forecast.underway
         return f"{underway[0].share:.0%} of the task done" if len(underway) == 1 else ""
 
     def _processor_share(self, process: str = "") -> str:
-        """What a process gets of a core, as text behind its name, if that is far less than a core."""
+        """Share of a core that a process gets, as text behind its name, if that is far less than one."""
         underway = self._forecast.underway
         seconds = sum(each.seconds for each in underway)
         processor = sum(each.processor for each in underway)

@@ -15,7 +15,7 @@ from nanoslip.solver.ensemble import Ensemble, mean_of, omission_error
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
 from nanoslip.solver.parameter import SHARED_ERROR, quantity
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.coarsening import on_twice_the_spacing
+from nanoslip.solver.sliding.coarsening import double_spacing
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
@@ -107,7 +107,7 @@ SHARED = f"plateau_mean{SHARED_ERROR}"
 @pytest.fixture
 def one_grid(monkeypatch):
     """No grid with twice the spacing: starts alone decide."""
-    monkeypatch.setattr(compute, "on_twice_the_spacing", lambda case: None)
+    monkeypatch.setattr(compute, "double_spacing", lambda case: None)
 
 
 @pytest.mark.usefixtures("one_grid")
@@ -136,7 +136,7 @@ def test_starts_and_spacing_together_are_within_the_target_or_the_spacing_alone_
 
 def coarse_records(ensemble: Ensemble) -> TaskResult:
     """Records of members on twice the node spacing, as a campaign on that grid computes them."""
-    case = on_twice_the_spacing(CASE)
+    case = double_spacing(CASE)
     assert case is not None
     assert case.slab.spacing == 2.0 * CASE.slab.spacing
     return records(ensemble, case)
@@ -160,14 +160,14 @@ def test_a_campaign_without_a_target_computes_one_grid_alone(monkeypatch):
     def refused(case: Case) -> None:
         raise AssertionError
 
-    monkeypatch.setattr(compute, "on_twice_the_spacing", refused)
+    monkeypatch.setattr(compute, "double_spacing", refused)
     assert "spacing_change" not in records(Ensemble(3)).scalars
 
 
 def test_the_change_of_a_drives_number_is_that_of_drives_over_records_on_twice_the_spacing():
     wanted = Ensemble(3, 1e-9, ("kinetic_friction",))
     found = run(compliance_task(CASE.slab), record_task(CASE, wanted), drive_task(CASE, DRIVE, wanted)).scalars
-    coarse = on_twice_the_spacing(CASE)
+    coarse = double_spacing(CASE)
     assert coarse is not None
     own, other = (
         np.mean(
@@ -181,11 +181,11 @@ def test_the_change_of_a_drives_number_is_that_of_drives_over_records_on_twice_t
 
 
 def test_a_grid_with_flags_that_the_case_has_not_is_no_measure_of_its_spacing():
-    assert on_twice_the_spacing(replace(CASE, slab=Slab(33), radius=100.0)) is None
-    finer = on_twice_the_spacing(replace(CASE, slab=Slab(129), radius=100.0))
+    assert double_spacing(replace(CASE, slab=Slab(33), radius=100.0)) is None
+    finer = double_spacing(replace(CASE, slab=Slab(129), radius=100.0))
     assert finer == replace(CASE, slab=Slab(65), radius=100.0)
     given = replace(Slab(129).scheme, bottom_row=65)
-    kept = on_twice_the_spacing(replace(CASE, slab=Slab(129, scheme=given), radius=100.0))
+    kept = double_spacing(replace(CASE, slab=Slab(129, scheme=given), radius=100.0))
     assert kept is not None
     assert kept.slab.scheme == given
 
