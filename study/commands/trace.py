@@ -66,6 +66,12 @@ SENTENCES: Final = {
     "friction is at least that, and the contact sticks or slips in part",
     "as_stiff_as_rig": "after a turn the force rises as the stiffness of the rig alone makes it: that of the contact is not "
     "known from this loop",
+    "loop_slides": "loops are those of a contact that slides: their energy ratio of {ratio:.2f} is above {least}",
+    "loop_partial_slip": "loops are those of partial slip: they lose energy, and their energy ratio of {ratio:.2g} is "
+    "below {least}",
+    "loop_sticks": "loops lose no energy beyond its ±: the contact sticks, or slips by less than the noise",
+    "no_whole_cycle": "the stage turns, but no two strokes there and back are whole, from turn to turn: no loop; "
+    "record a cycle more",
     "open_loop": "the only cycle begins without force, so its loop is wider than those after it: energy, slip and energy ratio "
     "are too large; a second cycle gives them",
     "pull_ends": "from {at:.4g} {over} on the force stays at {level:.3g}{unit} and never rises again: taken for the end of the "

@@ -1,27 +1,33 @@
 """Loops of a measured friction force over the position of a stage that goes to and fro: energy, friction, stiffness, slip.
 
-Forces are taken less the offset of their cell and its drift. A rig, of stiffness k between the stage and the contact, moves the
-loop's points by F/k and takes no energy.
+Each number is taken of each stroke. Friction has the sign of the way, an offset of the force cell has not: numbers of strokes
+there and back differ by it with alternating sign, and by a drift with a growing one. Both are fitted, and taken off. A rig, of
+stiffness k between the stage and the contact, moves the loop's points by F/k and takes no energy.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
+import scipy
 
 from nanoslip.solver.arrays import Floats
+from nanoslip.solver.ensemble import student
+from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.measured.means import Measured, mean_with_error
 from nanoslip.study.measured.recording import FEWEST_POINTS, NOISE, noise_deviation, turning_points
 
 MIDDLE: Final = (0.4, 0.6)
 """Shares of a stroke's way between which friction is that at mid-stroke."""
-NEAR_TURN: Final = 0.9
-"""Share of a stroke's way from which on friction is that before the turn."""
+NEAR_TURN: Final = 0.95
+"""Share of a stroke's way from which on force and place are those before the turn: there a sine is a parabola but for 1e-4."""
 UNLOADED: Final = (0.05, 0.35)
 """Shares of the swing of force after a turn between which the contact's stiffness is taken: sticks, and is past the turn."""
+SURE: Final = 2.0
+"""Errors of a number by which it differs from another."""
 SLIDES_FROM: Final = 0.2
 """Energy of a cycle over 4 F δ, both at the turns, above which a contact slides (Fouvry, Kapsa, Vincent, Wear 200, 186, 1996)."""
 
@@ -34,15 +40,18 @@ class LoopStroke(NamedTuple):
     way: int
 
 
+LoopState = Literal["slides", "partial_slip", "sticks"]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Loops:
-    """Numbers of loops by name, and the state of the contact: True if it slides, None if noise leaves it open.
+    """Numbers of loops by name, and the state of the contact: None if noise leaves it open.
 
-    force, position: in N, or as shares of the load, and m (n,), less offset and drift. strokes: from turn to turn.
+    force, position: in N, or as shares of the load, and m (n,), less offset and drift. strokes: the whole ones, turn to turn.
     """
 
     numbers: dict[str, Measured]
-    slides: bool | None
+    state: LoopState | None
     rigid: bool
     """True if the loop is as stiff as the rig: that of the contact is then not known."""
     begins_at_rest: bool
@@ -52,27 +61,41 @@ class Loops:
     strokes: tuple[LoopStroke, ...]
 
 
-def strokes_between_turns(position: Floats) -> list[LoopStroke]:
-    """Strokes of a stage from turn to turn; a part that is shorter than half of the longest is none."""
+def whole_strokes(position: Floats) -> list[LoopStroke]:
+    """Strokes of a stage from turn to turn; a part that is shorter than half of the longest is none.
+
+    A trace begins and ends anywhere: its first and last stroke count if they go as far as their neighbour, within the noise of
+    positions and a step at each end.
+    """
     turns = turning_points(position)
     strokes = []
     for first, last in pairwise(turns):
         way = 1 if position[last] > position[first] else -1
         strokes.append(LoopStroke(first, last, way))
-    lengths = [abs(position[stroke.last] - position[stroke.first]) for stroke in strokes]
-    longest = max(lengths)
-    far = [stroke for stroke, length in zip(strokes, lengths, strict=True) if length > longest / 2.0]
+    lengths = [abs(float(position[stroke.last] - position[stroke.first])) for stroke in strokes]
+    open_ends = NOISE * noise_deviation(position) + 2.0 * float(np.abs(np.diff(position)).max())
+    least = [max(lengths) / 2.0] * len(strokes)
+    if len(strokes) > 1:
+        least[0] = max(least[0], lengths[1] - open_ends)
+        least[-1] = max(least[-1], lengths[-2] - open_ends)
+    far = [stroke for stroke, length, most in zip(strokes, lengths, least, strict=True) if length > most]
     return [stroke for stroke in far if stroke.last - stroke.first >= FEWEST_POINTS]
 
 
 def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, rig: float = math.inf) -> Loops | None:
-    """Numbers of all whole cycles; None if the stage does not go to and fro.
+    """Numbers of all whole strokes; None without one there and one back.
 
-    newtons: newtons per unit of the force. rig: stiffness in N/m between the stage and the contact.
+    newtons: newtons per unit of the force, NaN for a coefficient without load. rig: stiffness in N/m between the stage and the
+    contact. Raises InvalidInput for a rig that is softer than the loop.
     """
-    strokes = strokes_between_turns(position)
+    strokes = whole_strokes(position)
     if len({stroke.way for stroke in strokes}) < 2:
         return None
+    per_load = math.isnan(newtons)
+    if per_load and math.isfinite(rig):
+        raise InvalidInput("rig", f"{rig:.4g} N/m", "--load with it: the force of a coefficient is not known without")
+    newtons = 1.0 if per_load else newtons
+    energy_unit, stiffness_unit = ("J N-1", "m-1") if per_load else ("J", "N m-1")
     force = _forces_along_strokes(position, force, strokes)
     first, last = strokes[0].first, strokes[0].last
     begin = float(force[first : first + 3].mean())
@@ -80,47 +103,101 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     begins_at_rest = abs(begin) < abs(end) / 2.0
     if begins_at_rest and len(strokes) > 2:
         strokes, begins_at_rest = strokes[1:], False
-    soft = newtons / rig
-    works = [newtons * _work(position, force, stroke) for stroke in strokes]
-    cycles = list(pairwise(range(len(strokes))))
-    energies = [works[low] + works[high] for low, high in cycles]
-    # Half of the difference between there and back: an offset of the force is the same in both, and drops out.
-    ways = [strokes[low].way / 2.0 for low, _ in cycles]
-    ends = [_contacts_at_turns(position, force, stroke) for stroke in strokes]
-    swings = [(ends[low] - ends[high]) * way for (low, high), way in zip(cycles, ways, strict=True)]
-    reaches = [abs(position[stroke.last] - position[stroke.first]) / 2.0 for stroke in strokes[:-1]]
-    # The rig between stage and contact takes up a part of the stage's amplitude.
-    amplitudes = [reach - swing * soft for reach, swing in zip(reaches, swings, strict=True)]
-    middles = [_mean_within_shares(position, force, stroke, *MIDDLE) for stroke in strokes]
-    halves = [(middles[low] - middles[high]) * way for (low, high), way in zip(cycles, ways, strict=True)]
-    widths = [_width(position, force, strokes[low], strokes[high]) for low, high in cycles]
     slopes = [_slope_after_turn(position, force, stroke) for stroke in strokes[1:]]
-    slopes = [slope for slope in slopes if math.isfinite(slope)]
-    # The rectangle around the loop, 2 swings high and 2 amplitudes wide.
-    most = [4.0 * newtons * swing * reach for swing, reach in zip(swings, amplitudes, strict=True)]
-    ratios = [energy / largest for energy, largest in zip(energies, most, strict=True) if largest > 0.0]
-    stiffness = mean_with_error([newtons * slope for slope in slopes], "N m-1")
+    slopes = [newtons * slope for slope in slopes if math.isfinite(slope)]
+    stiffness = mean_with_error(slopes, stiffness_unit)
     contact = _less_rig(stiffness, rig)
-    ratio = mean_with_error(_separate(ratios), "1")
-    slides: bool | None = None
+    of_ways = np.array([stroke.way for stroke in strokes], float)
+
+    def of_strokes(measure: StrokeNumber) -> StrokeNumbers:
+        values = [measure(position, force, stroke) for stroke in strokes]
+        return StrokeNumbers.of(np.array(values), of_ways)
+
+    works = of_strokes(_work)
+    swings = of_strokes(lambda _, force, stroke: stroke.way * _value_at_turn(position, force, stroke))
+    middles = of_strokes(
+        lambda position, force, stroke: stroke.way * _mean_within_shares(position, force, stroke, *MIDDLE)
+    )
+    widths = of_strokes(lambda position, force, stroke: -stroke.way * _place_of_zero(position, force, stroke))
+    ends = of_strokes(lambda position, _, stroke: stroke.way * _value_at_turn(position, position, stroke))
+    energies = works.times(2.0 * newtons)
+    # The rig between stage and contact takes up a part of the stage's amplitude.
+    amplitudes = StrokeNumbers(ends.values - swings.values * (newtons / rig), ends.fitted)
+    ratio = Measured(math.nan, math.nan, 0, "1")
+    if len(amplitudes.values) and min(amplitudes.values.min(), swings.values.min()) > 0.0:
+        # The rectangle around the loop, 2 swings high and 2 amplitudes wide.
+        rectangles = 4.0 * newtons * swings.values * amplitudes.values
+        ratio = StrokeNumbers(energies.values / rectangles, energies.fitted).mean("1")
+    energy = energies.mean(energy_unit)
+    state = None
     if ratio.of and float(np.ptp(force)) > NOISE * noise_deviation(force):
-        slides = ratio.value > SLIDES_FROM
+        state = _state(ratio, energy)
     # A loop whose contact only yields has no friction of sliding and no slip.
-    friction = mean_with_error(_separate(halves) if slides else [], unit)
-    slip = mean_with_error(_separate(widths) if slides else [], "m")
-    moved = [amplitude for amplitude in amplitudes if amplitude > 0.0]
+    slides = state == "slides"
     found = {
-        "cycle_energy": mean_with_error(_separate(energies), "J"),
-        "mid_stroke_friction": friction,
-        "turn_friction": mean_with_error(_separate(swings), unit),
+        "cycle_energy": energy,
+        "mid_stroke_friction": middles.mean(unit) if slides else None,
+        "turn_friction": swings.mean(unit),
         "contact_stiffness": contact,
-        "contact_amplitude": mean_with_error(_separate(moved), "m"),
-        "slip_amplitude": slip,
+        "contact_amplitude": amplitudes.mean("m") if ratio.of else None,
+        "slip_amplitude": widths.mean("m") if slides else None,
         "energy_ratio": ratio,
     }
-    numbers = {name: number for name, number in found.items() if number.of}
+    numbers = {name: number for name, number in found.items() if number is not None and number.of}
     rigid = stiffness.of > 0 and not contact.of
-    return Loops(numbers, slides, rigid, begins_at_rest, position, force, tuple(strokes))
+    return Loops(numbers, state, rigid, begins_at_rest, position, force, tuple(strokes))
+
+
+def _state(ratio: Measured, energy: Measured) -> LoopState | None:
+    """State of the contact by the energy that its cycles lose."""
+    if ratio.value > SLIDES_FROM:
+        return "slides"
+    if math.isnan(energy.uncertainty):
+        return None
+    return "partial_slip" if energy.value > SURE * energy.uncertainty else "sticks"
+
+
+StrokeNumber = Callable[[Floats, Floats, LoopStroke], float]
+"""A number of a stroke, by positions and forces."""
+
+
+class StrokeNumbers(NamedTuple):
+    """A number of each stroke (n,) without offset and drift, and how many unknowns were fitted for that."""
+
+    values: Floats
+    fitted: int
+
+    @classmethod
+    def of(cls, values: Floats, ways: Floats) -> "StrokeNumbers":
+        """Take off what has the sign of the way: constant, and from three strokes on growing from stroke to stroke.
+
+        Where a stroke is without samples there, it is left out.
+        """
+        there = np.isfinite(values)
+        kept, signs, order = values[there], ways[there], np.flatnonzero(there).astype(float)
+        if len(kept) < 2 or np.ptp(signs) == 0.0:
+            return cls(np.empty(0), 1)
+        columns = [np.ones(len(kept)), signs]
+        if len(kept) > 2:
+            columns.append(signs * (order - order.mean()))
+        terms = np.column_stack(columns)
+        solved, *_ = np.linalg.lstsq(terms, kept)
+        return cls(kept - terms[:, 1:] @ solved[1:], len(columns))
+
+    def times(self, factor: float) -> "StrokeNumbers":
+        """The numbers times a factor."""
+        return self._replace(values=factor * self.values)
+
+    def mean(self, unit: str) -> Measured:
+        """The mean with its ±: none of as many strokes as were fitted."""
+        found = mean_with_error(self.values, unit)
+        count = len(self.values)
+        if count <= self.fitted:
+            return found._replace(uncertainty=math.nan)
+        # Fitted unknowns leave less scatter, and fewer degrees of freedom for Student's t.
+        free = count - self.fitted + 1
+        wider = math.sqrt((count - 1.0) / (free - 1.0)) * float(student(free) / student(count))
+        return found._replace(uncertainty=wider * found.uncertainty)
 
 
 def _forces_along_strokes(position: Floats, force: Floats, strokes: Sequence[LoopStroke]) -> Floats:
@@ -132,11 +209,6 @@ def _forces_along_strokes(position: Floats, force: Floats, strokes: Sequence[Loo
     size = len(strokes) * float(np.abs(force).mean())
     is_sliding = abs(along) > 0.1 * size
     return force * math.copysign(1.0, along if is_sliding else rises)
-
-
-def _separate(values: Sequence[float]) -> list[float]:
-    """Every second of the numbers of neighbouring strokes: the others share a stroke with these."""
-    return list(values[::2])
 
 
 def _work(position: Floats, force: Floats, stroke: LoopStroke) -> float:
@@ -162,21 +234,15 @@ def _mean_within_shares(position: Floats, force: Floats, stroke: LoopStroke, low
     return float(chosen.mean()) if len(chosen) else math.nan
 
 
-def _contacts_at_turns(position: Floats, force: Floats, stroke: LoopStroke) -> float:
-    """Force at the end of a stroke: of its last tenth, on the line through this at the turn."""
-    shares = _shares(position, stroke)
-    last = shares >= NEAR_TURN
-    forces = force[stroke.first : stroke.last + 1][last]
-    if len(forces) < 3:
-        return float(forces[-1])
-    line = np.polyfit(shares[last] - 1.0, forces, 1)
-    return float(np.polyval(line, 0.0))
-
-
-def _width(position: Floats, force: Floats, there: LoopStroke, back: LoopStroke) -> float:
-    """Half of the loop's width where the force is zero: there neither rig nor contact is strained."""
-    places = [_place_of_zero(position, force, stroke) for stroke in (there, back)]
-    return abs(places[1] - places[0]) / 2.0
+def _value_at_turn(position: Floats, values: Floats, stroke: LoopStroke) -> float:
+    """Force or position at the end of a stroke: by a parabola over time through the samples before it."""
+    last = _shares(position, stroke) >= NEAR_TURN
+    own = values[stroke.first : stroke.last + 1][last]
+    if len(own) <= 3:
+        return float(own[-1])
+    before = np.flatnonzero(last) - float(stroke.last - stroke.first)
+    parabola = np.polynomial.Polynomial.fit(before, own, 2)
+    return float(parabola(0.0))
 
 
 def _place_of_zero(position: Floats, force: Floats, stroke: LoopStroke) -> float:
@@ -197,30 +263,35 @@ def _slope_after_turn(position: Floats, force: Floats, stroke: LoopStroke) -> fl
     """Slope of the force after the turn with which a stroke begins, while its contact sticks; NaN of too few samples."""
     forces = stroke.way * force[stroke.first : stroke.last + 1]
     own = position[stroke.first : stroke.last + 1]
-    begin = float(forces[:3].mean())
     level = float(np.median(forces[len(forces) // 2 :]))
+    # While the contact sticks the force only rises: the nearest such line is without most of the noise.
+    rising = scipy.optimize.isotonic_regression(forces).x
+    begin = float(rising[:3].mean())
     if not level > begin:
         return math.nan
-    gone = (forces - begin) / (level - begin)
-    past = np.flatnonzero(gone > UNLOADED[1])
-    if not len(past):
-        return math.nan
-    within = np.flatnonzero(gone[: past[0]] >= UNLOADED[0])
+    gone = (rising - begin) / (level - begin)
+    within = np.flatnonzero((gone >= UNLOADED[0]) & (gone <= UNLOADED[1]))
     if len(within) < 2:
         return math.nan
-    chosen = slice(int(within[0]), int(within[-1]) + 1)
-    if not float(np.ptp(own[chosen])) > 0.0:
-        return math.nan
-    slope, _ = np.polyfit(own[chosen], forces[chosen], 1)
-    return stroke.way * float(slope)
+    # Both over time: a fit over positions would take their noise for way, and find a slope that is too small.
+    order = within - within.mean()
+    rise, way = float(order @ forces[within]), float(order @ own[within])
+    return stroke.way * rise / way if way else math.nan
 
 
 def _less_rig(stiffness: Measured, rig: float) -> Measured:
-    """Stiffness of the contact from that of contact and rig in a row; none where the rig is all of it within 2 ±."""
+    """Stiffness of the contact from that of contact and rig in a row; none where the rig is all of it within 2 ±.
+
+    Raises InvalidInput if the rig is softer than both together, which no contact makes.
+    """
     if math.isinf(rig) or not stiffness.of:
         return stiffness
-    error = stiffness.uncertainty if math.isfinite(stiffness.uncertainty) else 0.0
-    if stiffness.value + 2.0 * error >= rig:
+    error = stiffness.uncertainty
+    if stiffness.value - SURE * error > rig:
+        shown = f"{stiffness.value:.4g} ± {error:.2g} N/m"
+        remark = f"after a turn the force rises by {shown}, and no contact in a row with a rig is stiffer than the rig"
+        raise InvalidInput("rig", f"{rig:.4g} N/m", f"more than that: {remark}")
+    if stiffness.value + (SURE * error if math.isfinite(error) else 0.0) >= rig:
         return Measured(math.nan, math.nan, 0, stiffness.unit)
     # Springs in series: 1/k = 1/k_contact + 1/k_rig, so errors grow by (k_contact/k)².
     contact = 1.0 / (1.0 / stiffness.value - 1.0 / rig)

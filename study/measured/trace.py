@@ -18,7 +18,7 @@ from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT_CH
 from nanoslip.solver.ensemble import FEWEST
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.measured.cycles import RESOLVED, Cycle, FittedCycles, fit_cycles, ring_down
-from nanoslip.study.measured.loops import Loops, measure_loops
+from nanoslip.study.measured.loops import SLIDES_FROM, Loops, measure_loops
 from nanoslip.study.measured.means import (
     VALUE_BATCHES,
     Measured,
@@ -183,25 +183,39 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
         offset = float(np.mean(halves))
     flags_of_parts = [flag for one in found for flag in one.flags]
     unlike = {flag.name: flag for flag in flags_of_parts if flag.name not in OF_PLACES}
-    loops = None
-    if trace.position is not None:
-        newtons = trace.mean_load if math.isfinite(trace.mean_load) else pull.newtons
-        loops = measure_loops(trace.position, trace.force - offset, pull.unit, newtons, pull.rig)
+    loops = _loops_of(trace, offset, pull)
+    state = loops.state if loops else None
     elastic = not FRICTIONS & numbers.keys() and _is_triangle(trace.force - offset)
-    if elastic or (loops and loops.slides is False):
+    if (elastic and state != "slides") or state in ("partial_slip", "sticks"):
         largest = float(np.abs(trace.force - offset).max())
         flags.append(TraceFlag("nothing_slides", {"force": largest, **_units(trace, pull)}))
         numbers = {name: numbers[name] for name in ("force_drift", "force_offset") if name in numbers}
         unlike = {}
     if loops:
         numbers |= loops.numbers
-        flags += _loop_flags(loops)
+    flags += _loop_flags(trace, loops)
     flags += unlike.values()
     spans = [StrokeSpan(trace.at[one.first], trace.at[one.last - 1], one.sign) for one in strokes]
     return TraceNumbers(numbers, (), tuple(flags), offset, rate, tuple(spans), loops)
 
 
-def _loop_flags(loops: Loops) -> Iterator[TraceFlag]:
+def _loops_of(trace: Trace, offset: float, pull: _Pull) -> Loops | None:
+    """Loops of a trace with positions that turn; None without, or without a whole cycle."""
+    if trace.position is None:
+        return None
+    newtons = trace.mean_load
+    if math.isnan(newtons):
+        newtons = 1.0 if trace.unit == "N" and math.isnan(pull.load) else pull.load
+    return measure_loops(trace.position, trace.force - offset, pull.unit, newtons, pull.rig)
+
+
+def _loop_flags(trace: Trace, loops: Loops | None) -> Iterator[TraceFlag]:
+    if loops is None:
+        if trace.position is not None:
+            yield TraceFlag("no_whole_cycle", {})
+        return
+    if loops.state:
+        yield TraceFlag(f"loop_{loops.state}", {"ratio": loops.numbers["energy_ratio"].value, "least": SLIDES_FROM})
     if loops.rigid:
         yield TraceFlag("as_stiff_as_rig", {})
     if loops.begins_at_rest:
