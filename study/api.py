@@ -195,7 +195,7 @@ def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
     >>> len(peaks), bool(mean.uncertainty > 0.0)
     (3, True)
     """
-    from nanoslip.study.run.compute import record_of_member  # noqa: PLC0415  other calls do without the solver's bodies
+    from nanoslip.study.tasks.record import record_of_member  # noqa: PLC0415  other calls do without the solver's bodies
 
     manifest = read_campaign(campaign)
     possible = [each.case for each in expand(manifest) if each.case is not None]

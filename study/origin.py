@@ -11,7 +11,7 @@ import platform
 import socket
 import sys
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
@@ -93,9 +93,9 @@ def user() -> str:
     return str(os.getuid()) if hasattr(os, "getuid") else ""
 
 
-PACKAGE: Final = "nanoslip.solver"
-BRIDGE: Final = ("nanoslip.study.plan.kinds", "nanoslip.study.run.compute")
-"""The modules beside the solver that make numbers."""
+SOLVER: Final = "nanoslip.solver"
+TASKS: Final = "nanoslip.study.tasks"
+"""The package beside the solver that makes numbers."""
 
 
 _DECIDED_BY: Final = ("source_hash", "numpy_version", "scipy_version", "numba_version")
@@ -219,16 +219,20 @@ def arithmetic() -> dict[str, str]:
 
 def source_files() -> tuple[Path, ...]:
     """The files that decide results."""
-    solver = (path for folder in _folders(PACKAGE) for path in Path(folder).rglob("*.py"))
-    bridge = [os.path.realpath(_locate_package(module).origin or "") for module in BRIDGE]
-    return (*solver, *map(Path, bridge))
+    return tuple(_list_sources(SOLVER, TASKS))
 
 
 @lru_cache(maxsize=1)
 def all_sources_hash() -> str:
     """Hash of the whole program; each file may change how results are collected."""
-    folders = [folder for package in (PACKAGE, __package__) for folder in _folders(package)]
-    return source_hash(path for folder in folders for path in Path(folder).rglob("*.py"))
+    return source_hash(_list_sources(SOLVER, __package__))
+
+
+def _list_sources(*packages: str) -> Iterator[Path]:
+    """All files of these packages."""
+    for package in packages:
+        for folder in _folders(package):
+            yield from Path(folder).rglob("*.py")
 
 
 def _folders(package: str) -> list[str]:

@@ -5,9 +5,11 @@ from itertools import product
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.integrators import RK4
-from nanoslip.study.plan.kinds import contact_task, drive_task, record_task
-from nanoslip.study.plan.task import Task
 from nanoslip.study.run.warm_up import WarmUp, miniatures
+from nanoslip.study.tasks.contact import contact_task
+from nanoslip.study.tasks.drive import drive_task
+from nanoslip.study.tasks.record import record_task
+from nanoslip.study.tasks.task import Task
 from tests.solver.drives import SMALL_TEETH
 
 DRIVES = [

@@ -33,13 +33,15 @@ ORDER = {
     "nanoslip.solver.driven": "kernels contact_drive",
     "nanoslip.solver.driven.kernels": "drive",
     "nanoslip.study": "shipped toml_text exit_codes notices memory canonical provenance processor origin "
-    "measured manifest plan results dataset run figures inference report accuracy api commands",
+    "measured manifest tasks plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.measured": "units columns recording slips means cycles loops over_load events trace",
     "nanoslip.study.manifest": "parameters vocabulary problems surface checker manifest keys reader cases",
-    "nanoslip.study.plan": "task kinds cost plan expectations",
+    "nanoslip.study.tasks": "task kind estimates compute miniature compliance contact contacts record path statistics states"
+    " drive",
+    "nanoslip.study.plan": "plan expectations",
     "nanoslip.study.results": "files entry attempts store",
     "nanoslip.study.dataset": "texts variables content file collect table access join agreement compare verify",
-    "nanoslip.study.run": "launch dispatch progress journal child farm compute warm_up executor batch campaign",
+    "nanoslip.study.run": "launch dispatch progress journal child farm warm_up executor batch campaign",
     "nanoslip.study.report": "console summary budget curves page",
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures",
@@ -91,7 +93,10 @@ BODIES = (
     *("elasticity.compliance", "elasticity.interior", "sliding.slide", "sliding.slider"),
 )
 """Files of the solver that compute: whoever only declares, plans or shows has no need of them."""
-DECLARING = ("manifest.cases", "plan.plan", "results.store", "dataset.collect", "dataset.compare", "report.page")
+DECLARING = (
+    *(f"tasks.{name}" for name in ORDER["nanoslip.study.tasks"].split()),
+    *("manifest.cases", "plan.plan", "results.store", "dataset.collect", "dataset.compare", "report.page"),
+)
 FILES = {
     path: path.read_text("utf-8")
     for package in ("solver", "study")
@@ -208,7 +213,7 @@ APART = {
     "names and symbols": """dataset.variables.si_coordinates solver.compiling solver.view.label_numbers figures.gallery._number
         figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
         manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.expectations._named
-        plan.task._parameters run.child._other_software dataset.verify.Recomputed._scale""",
+        tasks.task._parameters run.child._other_software dataset.verify.Recomputed._scale""",
     "digits of a number": "figures.points.format_value solver.view.round_with_error",
     "lines and words of a text that is shown": """notices.print_notice solver.outcome.Outcome.__post_init__ report.console
         report.console.print_error commands.judge.describe_variables report.page.theme_svg run.child.ChildProcess.last_words""",

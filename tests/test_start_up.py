@@ -10,15 +10,14 @@ from pathlib import Path
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
-from nanoslip.study.plan.kinds import (
-    compliance_task,
-    contact_task,
-    drive_task,
-    record_task,
-    states_task,
-    statistics_task,
-)
-from nanoslip.study.plan.task import Task
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.contact import contact_task
+from nanoslip.study.tasks.drive import drive_task
+from nanoslip.study.tasks.kind import KINDS
+from nanoslip.study.tasks.record import record_task
+from nanoslip.study.tasks.states import states_task
+from nanoslip.study.tasks.statistics import statistics_task
+from nanoslip.study.tasks.task import Task
 from tests.conftest import SMALL
 
 HEAVY = ("numba", "scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.special", "xarray", "pandas", "matplotlib")
@@ -27,7 +26,8 @@ LIVE = ("rich.live", "rich.progress")
 DECLARED = (
     "nanoslip.solver",
     "nanoslip.solver.simulate",
-    "nanoslip.study.plan.kinds",
+    "nanoslip.study.tasks.kind",
+    *(f"nanoslip.study.tasks.{kind}" for kind in KINDS),
     "nanoslip.study.run.executor",
     "nanoslip.study.run.child",
 )
@@ -86,7 +86,10 @@ def test_who_hands_tasks_on_loads_nothing_to_compute_with(environment, tmp_path:
 def test_who_computes_has_all_of_it_loaded_before_its_first_task(environment):
     program = "from pathlib import Path; from nanoslip.study.run.launch import task_program; task_program(Path('nowhere')).load()"
     numerics = ("numba", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
-    assert loaded(program, numerics, environment) == list(numerics)
+    tasks = tuple(f"nanoslip.study.tasks.{kind}" for kind in KINDS)
+    solver = tuple(f"nanoslip.solver.{name}" for name in ("contact.initial", "sliding.slider", "dynamics.duration"))
+    needed = (*numerics, *tasks, *solver)
+    assert loaded(program, needed, environment) == list(needed)
 
 
 def test_a_case_is_tried_without_what_draws(environment):

@@ -25,11 +25,11 @@ from nanoslip.study.dataset.variables import DRIVE, alike_starts, factors, mean_
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.parameters import as_written, compact, make_case
-from nanoslip.study.plan.cost import estimate
-from nanoslip.study.plan.kinds import KINDS, result_quantities, uncertain_names
-from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.progress import roughly
+from nanoslip.study.tasks.estimates import estimate
+from nanoslip.study.tasks.kind import KINDS, result_quantities, uncertain_names
+from nanoslip.study.tasks.task import Task, TaskResult
 
 FOLDER: Final = "spacings"
 """Folder beside a dataset with results on other node spacings, separate from the results in the dataset."""

@@ -25,11 +25,17 @@ from nanoslip.study.manifest.checker import find_refusal
 from nanoslip.study.manifest.manifest import OF_CONTACTS, USUAL_MEMBERS, Manifest, TargetTable
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import refuse_with_stages
-from nanoslip.study.plan import kinds
-from nanoslip.study.plan.cost import estimate
 from nanoslip.study.plan.plan import evenly, key_of_duration
-from nanoslip.study.plan.task import Task, TaskResult
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.contact import contact_task
+from nanoslip.study.tasks.contacts import all_batches
+from nanoslip.study.tasks.drive import drive_task, goes_one_way
+from nanoslip.study.tasks.estimates import estimate
+from nanoslip.study.tasks.kind import KINDS, result_quantities, uncertain_names
+from nanoslip.study.tasks.path import path_task
+from nanoslip.study.tasks.record import record_task
+from nanoslip.study.tasks.task import Task, TaskResult
 
 Drives = Mapping[str, Drive]
 """Label -> how the pin is pulled."""
@@ -103,7 +109,7 @@ def select_scenes(manifest: Manifest, cases: Sequence[CampaignCase], count: int,
     own = manifest.ensemble
     usual_members = min(own.members, USUAL_MEMBERS) if own.members > 1 else USUAL_MEMBERS
     ensemble = Ensemble(members or usual_members, places=own.places)
-    usual = TargetTable(within=0.5).variables(manifest.stages[-1], to_and_fro=not kinds.goes_one_way(manifest))
+    usual = TargetTable(within=0.5).variables(manifest.stages[-1], to_and_fro=not goes_one_way(manifest))
     variables = own.of or (OF_LOOPS if manifest.paths and not drives else usual)
     return Scenes(manifest, tuple(evenly(possible, count)), dict(evenly(drives, count)), ensemble, variables)
 
@@ -210,17 +216,17 @@ def scene_tasks(
     slides = "slip" in manifest.stages
     tasks: list[tuple[str, Task]] = []
     if not slides or {*names} & {*OF_CONTACTS}:
-        tasks.append(("", kinds.contact_task(case, ensemble, scalars_only=True)))
+        tasks.append(("", contact_task(case, ensemble, scalars_only=True)))
     if case.path:
-        tasks.append(("", kinds.path_task(case, ensemble, scalars_only=True)))
+        tasks.append(("", path_task(case, ensemble, scalars_only=True)))
     if slides and (drives or not case.path):
-        record = kinds.record_task(case, ensemble)
-        batches = kinds.all_batches(case, record.ensemble)
+        record = record_task(case, ensemble)
+        batches = all_batches(case, record.ensemble)
         tasks += [("", task) for task in (*batches, record)]
     critical = manifest.outputs.critical and bool({*names} & quantities(CriticalVelocity).keys())
     asked = {"scalars_only": True, "fitted": manifest.outputs.fit, "critical": critical}
-    tasks += [(label, kinds.drive_task(case, drive, ensemble, **asked)) for label, drive in drives.items()]
-    compliance = kinds.compliance_task(case.slab)
+    tasks += [(label, drive_task(case, drive, ensemble, **asked)) for label, drive in drives.items()]
+    compliance = compliance_task(case.slab)
     is_needed = any(compliance.key in task.needs for _, task in tasks)
     return [("", compliance), *tasks] if is_needed else tasks
 
@@ -236,7 +242,7 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[d
     found = dict[Place, TaskResult]()
     for label, task in tasks:
         result, _ = done[task.key]
-        names = kinds.uncertain_names(kinds.KINDS[task.kind])
+        names = uncertain_names(KINDS[task.kind])
         found |= {(variable, label): result for variable in scenes.variables if variable in names}
     keys = [task.key for _, task in tasks if task.kind != "compliance"]
     return found, sum(done[key][1] for key in keys)
@@ -255,7 +261,7 @@ def compute_tasks(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
 
 def scalar_key(variable: str, result: TaskResult) -> str:
     """Name in a result of the scalar that is a variable of the dataset."""
-    numbers = kinds.result_quantities(kinds.KINDS[result.kind])
+    numbers = result_quantities(KINDS[result.kind])
     return next(key for key, each in numbers.items() if each.name == variable)
 
 

@@ -18,7 +18,7 @@ from nanoslip.study.accuracy.effects import Done, compute_tasks, scalar_key, sce
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.manifest import USUAL_MEMBERS, Manifest
 from nanoslip.study.manifest.parameters import LIMITS
-from nanoslip.study.plan.cost import estimate
+from nanoslip.study.tasks.estimates import estimate
 
 SHARE: Final = 0.1
 """± over the change by half the node spacing: in quadrature it adds half a percent to that."""

@@ -27,7 +27,6 @@ from nanoslip.study.figures.points import format_words
 from nanoslip.study.manifest import keys
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.vocabulary import key_meant, missing_physics
-from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import FAILED, Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, label_text
@@ -37,6 +36,7 @@ from nanoslip.study.run.executor import drop_intermediates, tasks_to_do
 from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import task_program
 from nanoslip.study.run.progress import open_progress
+from nanoslip.study.tasks.task import Task
 
 
 def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:

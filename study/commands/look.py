@@ -44,9 +44,7 @@ from nanoslip.study.manifest.manifest import Manifest, drive_parameters, drive_s
 from nanoslip.study.manifest.parameters import STANDARD, has_unit, make_case, names_by_word, resembles_ball, si_line
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
 from nanoslip.study.plan.plan import make_partial_plan, make_plan
-from nanoslip.study.plan.task import idle
 from nanoslip.study.report import summary
 from nanoslip.study.report.budget import error_lines
 from nanoslip.study.report.console import FAILED, Table, note, print_sentences, print_table
@@ -54,6 +52,8 @@ from nanoslip.study.report.curves import curves, inertial_range, print_lines
 from nanoslip.study.results.files import results_folder, shard_folders
 from nanoslip.study.run.journal import read_task_times
 from nanoslip.study.run.progress import roughly
+from nanoslip.study.tasks.estimates import condensation_seconds, record_seconds, touch_seconds
+from nanoslip.study.tasks.task import idle
 
 
 def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, picture: Path | None) -> None:

@@ -19,15 +19,15 @@ from nanoslip.study.manifest.parameters import resembles_ball
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import Origins, census, here
-from nanoslip.study.plan.cost import TASK
 from nanoslip.study.plan.plan import KindCount, Plan, kind_counts, make_plan
-from nanoslip.study.plan.task import Task, idle
 from nanoslip.study.report.console import counting, note, whole
 from nanoslip.study.results.files import results_folder, shard_folders
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.dispatch import MeasuredTimes
 from nanoslip.study.run.executor import tasks_to_do
 from nanoslip.study.run.journal import read_task_times
+from nanoslip.study.tasks.estimates import TASK
+from nanoslip.study.tasks.task import Task, idle
 from nanoslip.study.toml_text import from_toml
 
 # Output for scripts: one JSON document instead of text. The keys are in docs/commands.md.

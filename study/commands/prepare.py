@@ -20,13 +20,13 @@ from nanoslip.study.manifest.problems import ManifestError, Problem
 from nanoslip.study.manifest.reader import read_effect_switches
 from nanoslip.study.plan import expectations
 from nanoslip.study.plan.plan import KindCount, Plan, ended
-from nanoslip.study.plan.task import PENDING, label_value
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
 from nanoslip.study.results.files import results_folder
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
 from nanoslip.study.run.launch import cores
 from nanoslip.study.run.progress import duration, makespan, roughly, to_one_digit
+from nanoslip.study.tasks.task import PENDING, label_value
 from nanoslip.study.toml_text import from_toml
 
 

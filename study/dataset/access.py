@@ -24,7 +24,7 @@ from nanoslip.study.dataset.table import (
     selection_text,
     with_coordinates,
 )
-from nanoslip.study.plan.kinds import MEMBER
+from nanoslip.study.tasks.kind import MEMBER
 
 
 def read_run(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Dataset, xr.Dataset]:

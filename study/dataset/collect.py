@@ -45,11 +45,19 @@ from nanoslip.study.manifest.cases import CampaignCase, Heard, common_labels
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, file_parameters
 from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, census, mixture, stemming
-from nanoslip.study.plan.kinds import KINDS, names_to_drop, task_kinds
 from nanoslip.study.plan.plan import NOTHING_KNOWN, CaseTasks, Plan, case_outcome, drive_outcome
-from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, OF_PATH, PENDING, Exclusion, TaskResult, ineffective_parameters
 from nanoslip.study.results import files
 from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.tasks.kind import KINDS, names_to_drop, task_kinds
+from nanoslip.study.tasks.task import (
+    OF_ALL,
+    OF_CONTACT,
+    OF_PATH,
+    PENDING,
+    Exclusion,
+    TaskResult,
+    ineffective_parameters,
+)
 
 # Position of each case and drive in a dataset: the dimensions, and the settings of drives along theirs.
 

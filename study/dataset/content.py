@@ -20,7 +20,7 @@ from nanoslip.solver.parameter import Quantity
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.origin import Origin
-from nanoslip.study.plan.kinds import KINDS
+from nanoslip.study.tasks.kind import KINDS
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line
 
 _MOST: Final = 60

@@ -25,7 +25,7 @@ from nanoslip.study.dataset.variables import (
     run_names,
     windows,
 )
-from nanoslip.study.plan.task import PENDING
+from nanoslip.study.tasks.task import PENDING
 
 
 class NotJoinableError(NanoslipError, ValueError):

@@ -30,8 +30,8 @@ from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import UNITS, spellings, with_symbol
 from nanoslip.study.origin import Origin
-from nanoslip.study.plan.kinds import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, member_column, result_quantities
-from nanoslip.study.plan.task import PENDING, TaskResult
+from nanoslip.study.tasks.kind import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, member_column, result_quantities
+from nanoslip.study.tasks.task import PENDING, TaskResult
 
 
 def scalars(kind: str) -> list[tuple[str, Quantity]]:

@@ -33,8 +33,8 @@ from nanoslip.study.manifest.parameters import FILE_KEYS
 from nanoslip.study.manifest.reader import manifest_hash, parse_manifest
 from nanoslip.study.origin import Origin, computing_origin, from_data
 from nanoslip.study.plan.plan import NOTHING_KNOWN, Plan, evenly, make_plan
-from nanoslip.study.plan.task import PENDING, Task
 from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.tasks.task import PENDING, Task
 
 # A dataset computed again from itself alone: its manifest -> plan -> tasks -> dataset, and both side by side.
 #

@@ -25,9 +25,9 @@ from nanoslip.study.manifest.problems import ManifestError, unknown
 from nanoslip.study.manifest.reader import DEFAULT, parse_manifest
 from nanoslip.study.measured.columns import rows_as_csv
 from nanoslip.study.plan.expectations import impossible_numbers
-from nanoslip.study.plan.kinds import order_by_stage
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store
+from nanoslip.study.tasks.kind import order_by_stage
 from nanoslip.study.toml_text import as_toml, from_toml
 
 Compute = Callable[[Plan], Store]

@@ -28,16 +28,11 @@ from nanoslip.solver.sliding.validity import (
 )
 from nanoslip.study.manifest.manifest import CampaignDrive, NamedDrive
 from nanoslip.study.manifest.parameters import parameters_text, si_text, span
-from nanoslip.study.plan.cost import (
-    drive_duration,
-    drive_steps,
-    estimate_displacement,
-    path_length,
-    record_bytes,
-)
-from nanoslip.study.plan.kinds import compliance_needs, task_kinds
 from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.task import Task, label_value
+from nanoslip.study.tasks.compliance import compliance_needs
+from nanoslip.study.tasks.estimates import drive_duration, drive_steps, estimate_displacement, path_length, record_bytes
+from nanoslip.study.tasks.kind import task_kinds
+from nanoslip.study.tasks.task import Task, label_value
 
 # Disk space of a campaign: files of results, and the dataset made of those that it keeps.
 

@@ -13,9 +13,9 @@ from nanoslip.solver.outcome import UNDONE, Ending, Outcome
 from nanoslip.study.manifest.cases import CampaignCase, Heard, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest
 from nanoslip.study.origin import Origins, foreign_among
-from nanoslip.study.plan.cost import estimate
-from nanoslip.study.plan.kinds import KINDS, Wanted, order_by_stage
-from nanoslip.study.plan.task import PENDING, Label, Task
+from nanoslip.study.tasks.estimates import estimate
+from nanoslip.study.tasks.kind import KINDS, Wanted, order_by_stage
+from nanoslip.study.tasks.task import PENDING, Label, Task
 
 Some = TypeVar("Some")
 

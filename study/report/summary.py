@@ -39,8 +39,8 @@ from nanoslip.study.figures.points import (
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value, as_written, compact, si_text
 from nanoslip.study.plan.expectations import flag_lines
-from nanoslip.study.plan.task import PENDING
 from nanoslip.study.report.console import Table
+from nanoslip.study.tasks.task import PENDING
 from nanoslip.study.toml_text import from_toml
 
 # Values that are the same in all rows of a table: printed once above it, not in every row.

@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from nanoslip.solver.outcome import Ending, Outcome, printable
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origins, all_sources_hash, from_data
-from nanoslip.study.plan.kinds import as_declared
-from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import files
 from nanoslip.study.results.files import RANDOM, is_no_file, open_regular
+from nanoslip.study.tasks.kind import as_declared
+from nanoslip.study.tasks.task import TaskResult
 
 
 class CorruptResultError(Exception):

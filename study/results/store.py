@@ -21,11 +21,11 @@ from typing import Any, Final, NamedTuple, Self
 from nanoslip.solver.outcome import LONGEST_MESSAGE, NanoslipError, Outcome, printable
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origins, here
-from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts, entry, files
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import CorruptResultError, Head, Logs, LogWriter, Meta, ResultFormatError
 from nanoslip.study.results.files import is_no_file, make_scratch, open_regular
+from nanoslip.study.tasks.task import TaskResult
 
 FOLDER: Final = "results"
 _KEY: Final = re.compile("[0-9a-f]{20}")

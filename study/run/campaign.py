@@ -12,7 +12,6 @@ from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.plan.expectations import shortages
 from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.task import Task
 from nanoslip.study.results.files import Shard, looks
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.child import FarmError
@@ -21,6 +20,7 @@ from nanoslip.study.run.executor import Rest, drop_intermediates, keys_given_up,
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import BEGUN, Journal, long_task_keys, read_task_times
 from nanoslip.study.run.warm_up import WarmUp, miniatures
+from nanoslip.study.tasks.task import Task
 
 # The cases of a shard, and which of their tasks it skips: blocks of neighbours that cost about the same.
 #

@@ -20,7 +20,7 @@ from nanoslip.study.notices import print_notice
 
 
 class Work(Protocol):
-    """The attributes of a task that scheduling uses; `nanoslip.study.plan.task.Task` has them."""
+    """The attributes of a task that scheduling uses; `nanoslip.study.tasks.task.Task` has them."""
 
     @property
     def key(self) -> str:
@@ -28,7 +28,7 @@ class Work(Protocol):
 
     @property
     def kind(self) -> str:
-        """One of nanoslip.study.plan.kinds.KINDS."""
+        """One of nanoslip.study.tasks.kind.KINDS."""
 
     @property
     def needs(self) -> tuple[str, ...]:

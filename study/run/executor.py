@@ -12,24 +12,28 @@ from typing import Final
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.study.origin import Origins, arithmetic
 from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import NOT_OURS, CorruptResultError, UnusableResultError
 from nanoslip.study.results.files import looks
 from nanoslip.study.results.store import Store, StoreError
-from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import CannotGoOnError
 from nanoslip.study.run.launch import Settle
 from nanoslip.study.run.warm_up import WarmUp
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.kind import KINDS
+from nanoslip.study.tasks.task import Task, TaskResult
 
 _NUMERICS: Final = (
     "nanoslip.solver.compiling",
+    "nanoslip.solver.sliding.slider",
+    "nanoslip.solver.dynamics.duration",
     "scipy.linalg",
     "scipy.optimize",
     "scipy.sparse.linalg",
     "scipy.special",
+    *(f"nanoslip.study.tasks.{kind}" for kind in KINDS),
 )
-"""Modules that the solver loads when it computes. On a crowded file system that takes longer than many a task."""
+"""Modules that tasks and the solver load when they compute. On a crowded file system that takes longer than many a task."""
 
 INPUTS: Final = 4
 """Number of results in the cache: successive tasks mostly need the same slab, or are drives of the same record."""

@@ -1,127 +1,44 @@
 """Kernels that a run needs are compiled before it begins, in one task: all processes then load them from numba's cache.
 
-Small tasks run every kernel of a campaign's tasks. Those of drives need no record that was computed, so that a second process can
-compile their kernels meanwhile.
+Small tasks run every kernel of a campaign's tasks: the miniatures of their kinds. Those of drives need no record that was
+computed, so that a second process can compile their kernels meanwhile.
 """
 
 import gc
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Final
 
-import numpy as np
-
-from nanoslip.solver.case import Case
 from nanoslip.solver.compiled import reporting_compilation
-from nanoslip.solver.drive import Drive
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
-from nanoslip.solver.sliding.plateau import plateau_of
-from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study.notices import print_notice
-from nanoslip.study.plan.kinds import RECORD, compliance_task, contact_task, drive_task, record_task
-from nanoslip.study.plan.task import Task, TaskResult, task_case
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.child import Agent
-from nanoslip.study.run.compute import Member, member_numbers, run_task
 from nanoslip.study.run.launch import cores, task_program
-
-_NUMBERS = {"n_x": 17, "radius": 50.0, "max_events": 300}
-"""Numbers of a small case, whose record has a steady part."""
-_SMALL = Case.of(_NUMBERS)
-_OF_SLABS = _SMALL.slab.flat
-_ROUGH = ((-0.1, 0.0), (0.1, 0.0))
-"""A rough pin has separate kernels, the same for every profile."""
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.kind import KINDS
+from nanoslip.study.tasks.miniature import compiling_choices, compiling_shape, make_record
+from nanoslip.study.tasks.task import Task
 
 
 def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Small tasks that run every kernel of these tasks; a drive's needs no more than `make_record`."""
+    unlike = {_kernel_choices(task): task for task in tasks}
     found: dict[str, Task] = {}
-    for (*_, choices), task in {
-        (task.kind, str(_shape(task.case)), _compiling_choices(task)): task for task in tasks
-    }.items():
+    for task in unlike.values():
         with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
-            found |= {each.key: each for each in _small(task, dict(choices))}
+            found |= {each.key: each for each in KINDS[task.kind].miniature(task)}
     return tuple(found.values())
 
 
-def _compiling_choices(task: Task) -> tuple[tuple[str, object], ...]:
-    """Words and switches of a task's drive, or of its case: they decide which kernels run, the numbers do not.
-
-    The slab's are left out: of a compliance `_shape` has all that kernels know.
-    """
-    part = task.drive or task.case
-    flat = part.flat if part else {}
-    return tuple([each for each in flat.items() if isinstance(each[1], str | bool) and each[0] not in _OF_SLABS])
-
-
-def _shape(case: Case | None) -> dict[str, object]:
-    """Parameters that decide, beside the choices, which kernels a case runs: a rough pin, nodes on a plane."""
-    if case is None:
-        return {}
-    scheme: dict[str, object] = {"scheme": "half_space", "n_x": 9} if case.slab.scheme.planar else {}
-    return scheme | {"roughness": _ROUGH if case.heterogeneity.roughness else ()}
-
-
-def _small(task: Task, choices: Mapping[str, object]) -> list[Task]:
-    if task.drive is not None:
-        return [_short(task.drive, task_case(task) if task.drive.memory else _SMALL)]
-    if task.case is None:
-        return []
-    case = Case.of({**_NUMBERS, **choices, **_shape(task.case)})
-    return [compliance_task(case.slab), (contact_task if task.kind == "contact" else record_task)(case)]
-
-
-def _short(drive: Drive, case: Case) -> Task:
-    """The drive over a hundredth of its duration, or all of it where that is less than a step of its integrator.
-
-    It needs a record alone, which may be made up.
-    """
-    small = Case.of({**_NUMBERS, "slip_order": case.slip_rule.slip_order, **_shape(case)})
-    with suppress(InvalidInput):
-        shorter: dict[str, Any] = {"duration": (drive.duration or 100.0) / 100}
-        if drive.stage_stroke is not None:
-            shorter = {"stage_stroke": drive.stage_stroke / 100}
-        found = drive_task(small, replace(drive, **shorter, samples=2))
-        return replace(found, needs=found.needs[:1])
-    return drive_task(small, replace(drive, samples=2))
-
-
-def make_record(key: str) -> TaskResult:
-    """A record for drives: it rises, then falls by a tenth again and again."""
-    events, ramp, step = 300, 100, 1e-6
-    before = step * np.minimum(np.arange(1.0, events + 1), ramp)
-    short, counts = np.zeros(events, np.int32), np.ones(events, np.int64)
-    sizes: dict[str, Any] = dict.fromkeys(("node", "releases", "touches", "extent"), short)
-    record = FrictionRecord(
-        displacement=step * np.arange(1.0, events + 1),
-        force_before=before,
-        force_after=0.9 * before,
-        stiffness=np.ones(events),
-        kind=np.zeros(events, np.int8),
-        **sizes,
-        contact_size=np.ones(events, np.int32),
-        slips=counts,
-        dissipated=np.zeros(events),
-        node_x=np.zeros(1),
-        node_slips=counts[:1],
-        normal_load=1e-3,
-        spacing=ramp * step,
-        presliding_length=ramp * step,
-        initial_force=0.0,
-        initial_stiffness=1.0,
-        initial_slips=0,
-        initial_contact_size=1,
-        end_nodes=0,
-        final_displacement=events * step,
-        final_force=0.9 * before[-1],
-        outcome=COMPLETED,
-    )
-    return TaskResult(key, "record", COMPLETED, *member_numbers(RECORD, (Member((plateau_of(record), record)),)))
+def _kernel_choices(task: Task) -> tuple[object, ...]:
+    """What decides which kernels a task runs: equal for tasks with equal miniatures."""
+    return task.kind, str(compiling_shape(task.case)), *compiling_choices(task).items()
 
 
 POLL_SECONDS: Final = 0.01

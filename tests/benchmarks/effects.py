@@ -20,10 +20,12 @@ from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.interior import interior_fields
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide, states_at
-from nanoslip.study.plan.kinds import compliance_task, contact_task, record_task
 from nanoslip.study.results.entry import pack_result
 from nanoslip.study.results.store import Store
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.contact import contact_task
+from nanoslip.study.tasks.record import record_task
 from tests.benchmarks.dynamics import PAPER, STEP, UNIT
 from tests.benchmarks.table import Row, arrays_of, best, seconds, verdict
 

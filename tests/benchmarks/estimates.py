@@ -2,8 +2,8 @@
 
 import statistics
 
-from nanoslip.study.plan.cost import TASK, estimate
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.estimates import TASK, estimate
 from tests.benchmarks.table import Row, best, verdict, versus
 from tests.study.plan.test_cost import TASKS, needs
 

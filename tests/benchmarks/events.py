@@ -10,7 +10,7 @@ from nanoslip import Case, Slab, surface_compliance
 from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.sliding.slide import slide, slide_to_state
 from nanoslip.study.commands.plans import plan_campaign
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compute import run_task
 from tests.benchmarks.scale import campaign_of
 from tests.benchmarks.table import Row, at_most, best, seconds, versus
 

@@ -14,9 +14,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from nanoslip.study.commands.plans import plan_campaign
-from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.store import Store
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.task import TaskResult
 from tests.benchmarks.apart import alone
 from tests.benchmarks.table import Row, as_rows, at_most, seconds
 from tests.written_tables import show

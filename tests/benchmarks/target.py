@@ -31,9 +31,12 @@ from nanoslip.study.accuracy.effects import measure_time
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds import KINDS, compliance_task, drive_task, record_task, result_quantities
-from nanoslip.study.plan.task import Task, TaskResult
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.drive import drive_task
+from nanoslip.study.tasks.kind import KINDS, result_quantities
+from nanoslip.study.tasks.record import record_task
+from nanoslip.study.tasks.task import Task, TaskResult
 from tests.written_tables import show
 
 CAMPAIGNS, CASES = 20, 6

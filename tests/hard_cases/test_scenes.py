@@ -25,10 +25,11 @@ from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.expectations import memory_need
-from nanoslip.study.plan.kinds import member_column
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.run.compute import run_task, task_compliance
+from nanoslip.study.tasks.compliance import task_compliance
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.kind import member_column
+from nanoslip.study.tasks.task import TaskResult
 from tests.conftest import Command
 from tests.hard_cases.scenery import campaigns, driven_scenes, scenes, strong_scenes
 from tests.physics import assert_contact_laws, assert_friction_law

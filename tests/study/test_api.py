@@ -20,8 +20,8 @@ from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import FOLDER
 from nanoslip.study.run import campaign as run_of_campaign, executor
-from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.launch import Program
+from nanoslip.study.tasks.compute import run_task
 from tests.conftest import SMALL, THREADS
 from tests.study.run import faults
 from tests.study.run.defects import crashing

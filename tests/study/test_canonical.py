@@ -12,7 +12,7 @@ from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.slab import Slab
 from nanoslip.study import canonical
 from nanoslip.study.canonical import CanonicalText, Texts, canonical_text, content_hash
-from nanoslip.study.plan.task import OF_CONTACT, OF_RECORD, deciding_fields, deciding_texts, list_dotted_fields
+from nanoslip.study.tasks.task import OF_CONTACT, OF_RECORD, deciding_fields, deciding_texts, list_dotted_fields
 from tests.study.plan.test_keys import BASES, Greased, changed
 
 

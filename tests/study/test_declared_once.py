@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.parameter import Quantity, quantity
+from nanoslip.solver.sliding import slide as sliding
 from nanoslip.solver.sliding.record import FrictionRecord, event
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
@@ -19,10 +20,9 @@ from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import load_dataset
 from nanoslip.study.dataset.variables import describe, rows
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds import KINDS
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store
-from nanoslip.study.run import compute as computing
+from nanoslip.study.tasks import record
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import compute
 
@@ -64,10 +64,10 @@ def slid(*given: Any) -> tuple[WithFalls, Any]:
 
 def declare(patch: pytest.MonkeyPatch, old: type, new: type) -> None:
     """As if the new dataclass stood where the old one does."""
-    kind = KINDS["record"]
+    kind = record.KIND
     variables.variables_by_name()  # what other modules remember of it is what is declared now
     parts = tuple(part._replace(type=new) if part.type is old else part for part in kind.parts)
-    patch.setitem(KINDS, "record", replace(kind, parts=parts))
+    patch.setattr(record, "KIND", replace(kind, parts=parts))
     patch.setattr(
         variables, "variables_by_name", variables.variables_by_name.__wrapped__
     )  # which remembers what was declared
@@ -86,7 +86,7 @@ def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:
 
 def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path, monkeypatch):
     declare(monkeypatch, EventStatistics, LongestStep)
-    monkeypatch.setattr(computing, "event_statistics", counted)
+    monkeypatch.setattr(record, "event_statistics", counted)
     plan, store, found = computed(tmp_path)
     result = store.read(plan.case_tasks[plan.cases[0].case_id]["record", ""])
     longest = float(np.diff(result.arrays["displacement"], prepend=0.0).max())
@@ -108,7 +108,7 @@ def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path, monkeypat
 
 def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(tmp_path, monkeypatch):
     declare(monkeypatch, FrictionRecord, WithFalls)
-    monkeypatch.setattr(computing, "slide_to_state", slid)
+    monkeypatch.setattr(sliding, "slide_to_state", slid)
     plan, store, found = computed(tmp_path)
     result = store.read(plan.case_tasks[plan.cases[0].case_id]["record", ""])
     np.testing.assert_array_equal(result.arrays["fall"], result.arrays["force_before"] - result.arrays["force_after"])

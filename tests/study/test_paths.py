@@ -24,11 +24,12 @@ from nanoslip.study.manifest.cases import expand, naming
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.cost import estimate
-from nanoslip.study.plan.kinds import path_task, record_task
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.report.summary import SHOWN, scalar_table
 from nanoslip.study.results.store import Store
+from nanoslip.study.tasks.estimates import estimate
+from nanoslip.study.tasks.path import path_task
+from nanoslip.study.tasks.record import record_task
 from tests.study.dataset.campaigns import compute
 
 LOOPS = """

@@ -26,24 +26,21 @@ from nanoslip.study.origin import (
     source_hash,
     stemming,
 )
-from nanoslip.study.plan.kinds import compliance_task, contact_task
 from nanoslip.study.provenance import BUILT_FROM, UNKNOWN, source_commit, version
 from nanoslip.study.results.store import Store
-from nanoslip.study.run.compute import run_task
 from nanoslip.study.shipped import COPIES
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.contact import contact_task
 from tests.conftest import ROOT
 
 HOME = Origin("1.0", "aa", "c0ffee", "3.12.0", "2.1", "1.14", "0.61", "openblas Haswell", "avx2 fma")
 OTHER = replace(HOME, source_hash="bb")
 
 
-def test_every_file_of_the_solver_decides_and_so_does_its_bridge():
-    files = set(source_files())
-    assert (
-        set((ROOT / "solver").rglob("*.py"))
-        | {ROOT / "study" / "plan" / "kinds.py", ROOT / "study" / "run" / "compute.py"}
-        == files
-    )
+def test_every_file_of_the_solver_and_of_tasks_decides():
+    folders = (ROOT / "solver", ROOT / "study" / "tasks")
+    assert {path for folder in folders for path in folder.rglob("*.py")} == set(source_files())
 
 
 def test_the_hash_is_of_contents_not_of_names_or_order(tmp_path):

@@ -22,7 +22,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.sliding.validity import DOUBTFUL
 from nanoslip.study.manifest.cases import make_campaign
 from nanoslip.study.measured.columns import rows_as_csv
-from nanoslip.study.plan.kinds import KINDS, result_quantities
+from nanoslip.study.tasks.kind import KINDS, result_quantities
 from tests.written_tables import show
 
 Sort = Literal["plane strain", "three dimensions", "path"]

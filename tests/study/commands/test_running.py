@@ -16,7 +16,7 @@ from nanoslip.study.results import attempts, entry, files
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run import executor
 from nanoslip.study.run.child import ChildProcess
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compute import run_task
 from tests.conftest import PARTLY_REFUSED, ROOT, SMALL
 from tests.study.results.results import written
 from tests.study.run.defects import crashing_at

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.results.store import Store
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compute import run_task
 from tests.conftest import SMALL
 
 Build = Callable[[str], tuple[Plan, Store]]

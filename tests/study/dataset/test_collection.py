@@ -30,12 +30,12 @@ from nanoslip.study.dataset.variables import (
     scalars,
 )
 from nanoslip.study.origin import Origin, computing_origin, here
-from nanoslip.study.plan.kinds import member_column
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import FOLDER, Store
+from nanoslip.study.tasks.kind import member_column
+from nanoslip.study.tasks.task import TaskResult
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import CASE_DIMS, Build, changed
 from tests.study.results.results import NO_FILES

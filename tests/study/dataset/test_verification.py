@@ -19,13 +19,13 @@ from nanoslip.study.dataset.texts import NONE
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import computing_origin, here
-from nanoslip.study.plan.kinds import order_by_stage
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results import attempts
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import Store, StoreError
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.kind import order_by_stage
+from nanoslip.study.tasks.task import Task, TaskResult
 from tests.conftest import SMALL
 
 Change = Callable[[netCDF4.Dataset], None]

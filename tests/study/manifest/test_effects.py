@@ -11,31 +11,30 @@ from nanoslip.solver.case import Case, Effects, SlipRule
 from nanoslip.solver.contact import initial
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.elasticity import compliance
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.grid_scheme import stiffness
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.simulate import friction_record
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding import slide
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import read_groups
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import read_effect_switches
-from nanoslip.study.plan.cost import sliding_bytes
-from nanoslip.study.plan.kinds import (
-    compliance_task,
-    contact_task,
-    drive_task,
-    record_task,
-    states_task,
-    task_kinds,
-)
 from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.store import Store
-from nanoslip.study.run import compute as computing
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.contact import contact_task
+from nanoslip.study.tasks.drive import drive_task
+from nanoslip.study.tasks.estimates import sliding_bytes
+from nanoslip.study.tasks.kind import task_kinds
+from nanoslip.study.tasks.record import record_task
+from nanoslip.study.tasks.states import states_task
+from nanoslip.study.tasks.task import TaskResult
 from tests.study.dataset.campaigns import compute
 from tests.study.manifest.problems import lines_of
 from tests.study.plan.running import planned, run
@@ -78,14 +77,14 @@ def test_a_drive_on_a_finished_record_never_slides(tmp_path, monkeypatch):
     store = computed(planned(tmp_path, TINY), tmp_path)
     left = planned(tmp_path, TINY + DRIVES).remaining(store.finished())
     assert [task.kind for task in left] == ["drive"]
-    monkeypatch.setattr(computing, "slide_to_state", None)
-    monkeypatch.setattr(computing, "surface_compliance", None)
+    monkeypatch.setattr(slide, "slide_to_state", None)
+    monkeypatch.setattr(compliance, "surface_compliance", None)
     assert run_task(left[0], {key: store.read(key) for key in left[0].needs}).outcome.ok
 
 
 def test_a_contact_study_sets_up_no_sliding(tmp_path, monkeypatch):
     """Without friction no tableau, nor more than the normal forces' columns (tests/solver/test_contact.py)."""
-    monkeypatch.setattr(computing, "slide_to_state", None)
+    monkeypatch.setattr(slide, "slide_to_state", None)
     monkeypatch.setattr(initial, "compile_contact", None)
     plan = planned(tmp_path, TINY + 'stages = ["contact"]\neffects.friction = false')
     assert all(computed(plan, tmp_path).read(task.key).outcome.ok for task in plan.tasks)

@@ -7,10 +7,12 @@ from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds import compliance_task, drive_task, record_task
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.task import Task, TaskResult
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.drive import drive_task
+from nanoslip.study.tasks.record import record_task
+from nanoslip.study.tasks.task import Task, TaskResult
 
 CASE = Case(radius=50.0, slab=Slab(33), max_events=300)
 DRIVE = NamedDrive.of("paper", duration=0.2, samples=50).dimensionless(Scales())

@@ -13,28 +13,27 @@ from nanoslip import friction_record
 from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.contact import compiled_contact
 from nanoslip.solver.drive import Scales
+from nanoslip.solver.elasticity import compliance as elasticity
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan import cost as rates, expectations as memory
-from nanoslip.study.plan.cost import estimate, estimate_sizes, record_seconds, sliding_bytes
-from nanoslip.study.plan.kinds import (
-    compliance_task,
-    contact_task,
-    drive_task,
-    record_task,
-    states_task,
-    statistics_task,
-)
+from nanoslip.study.plan import expectations as memory
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.store import Store
-from nanoslip.study.run import compute
-from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.launch import processes_here
+from nanoslip.study.tasks import estimates as rates
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.contact import contact_task
+from nanoslip.study.tasks.drive import drive_task
+from nanoslip.study.tasks.estimates import estimate, estimate_sizes, record_seconds, sliding_bytes
+from nanoslip.study.tasks.record import record_task
+from nanoslip.study.tasks.states import states_task
+from nanoslip.study.tasks.statistics import statistics_task
+from nanoslip.study.tasks.task import Task, TaskResult
 from tests.study.plan.running import planned
 
 # What a plan estimates comes true: counts and bytes to a factor of three. Seconds are held to what tasks take in
@@ -293,7 +292,7 @@ def test_a_task_without_memory_says_so_and_is_not_kept(main, tmp_path, monkeypat
     path, out = tmp_path / "mine.toml", tmp_path / "out"
     path.write_text('title = "x"\nnumerics.n_x = 17\nlimits.events = 5\n')
     with monkeypatch.context() as poor:
-        poor.setattr(compute, "surface_compliance", lambda slab: np.empty((10**9, 10**9)))  # what numpy says
+        poor.setattr(elasticity, "surface_compliance", lambda slab: np.empty((10**9, 10**9)))  # what numpy says
         result = run_task(compliance_task(Slab(n_x=17)), {})
         assert result.outcome.ending is Ending.OUT_OF_MEMORY
         assert "at n_x = 17: " in result.outcome.message

@@ -21,12 +21,12 @@ from nanoslip.study import api
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
-from nanoslip.study.plan.cost import estimate_displacement
 from nanoslip.study.plan.expectations import duration_lines, flag_prediction_lines, out_of_reach, plan_outlook
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report.summary import flag_summary, scalar_table
 from nanoslip.study.results.store import Store
+from nanoslip.study.tasks.estimates import estimate_displacement
 from nanoslip.study.toml_text import as_toml
 from tests.conftest import ROOT
 from tests.study.dataset.campaigns import compute

@@ -1,4 +1,4 @@
-"""A key hashes all of a case but what a line in nanoslip.study.plan.task excludes: whatever is added to a case is told apart."""
+"""A key hashes all of a case but what a line in nanoslip.study.tasks.task excludes: whatever is added to a case is told apart."""
 
 import math
 from collections.abc import Iterator
@@ -18,8 +18,12 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import declared
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 from nanoslip.study.manifest.manifest import NamedDrive
-from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, record_task, states_task
-from nanoslip.study.plan.task import (
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.contact import contact_task
+from nanoslip.study.tasks.drive import drive_task
+from nanoslip.study.tasks.record import record_task
+from nanoslip.study.tasks.states import states_task
+from nanoslip.study.tasks.task import (
     OF_CONTACT,
     OF_RECORD,
     Exclusion,

@@ -6,27 +6,65 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nanoslip.solver.case import Case, Effects, SlipRule
+from nanoslip.solver.case import Case, Effects, Interface, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
+from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import SHARED_ERROR, quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.sizes import event_distributions
-from nanoslip.study.plan.kinds import (
-    KINDS,
-    MEMBER,
-    compliance_task,
-    contact_task,
-    record_scalars_task,
-    record_task,
-    result_quantities,
-    states_task,
-    statistics_task,
-)
-from nanoslip.study.run.compute import member_records, run_task, task_compliance
+from nanoslip.study.tasks.compliance import compliance_task, task_compliance
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.contact import contact_task
+from nanoslip.study.tasks.contacts import all_batches
+from nanoslip.study.tasks.kind import KINDS, MEMBER, result_quantities
+from nanoslip.study.tasks.path import path_task
+from nanoslip.study.tasks.record import member_records, record_scalars_task, record_task
+from nanoslip.study.tasks.states import states_task
+from nanoslip.study.tasks.statistics import statistics_task
+from tests.conftest import ROOT
 from tests.study.plan.running import CASE, drive, first, planned, run, slid
+
+
+def test_every_file_that_declares_a_kind_is_a_stage_of_its_name():
+    """One that the list of stages lacks would never be computed."""
+    files = {path.stem: path.read_text("utf-8") for path in (ROOT / "study" / "tasks").glob("*.py")}
+    declaring = {name for name, text in files.items() if "\nKIND: Final" in text}
+    assert declaring == set(KINDS)
+    assert [kind.name for kind in KINDS.values()] == [*KINDS]
+
+
+def test_a_word_that_no_file_declares_is_no_kind():
+    """Nor is another file of the folder."""
+    for name in ("nonsense", "kind", "compute", ""):
+        assert name not in KINDS
+        with pytest.raises(KeyError):
+            KINDS[name]
+
+
+MADE = replace(CASE, slab=Slab(65, scheme="biquadratic"))
+TASKS = [
+    compliance_task(MADE.slab),
+    contact_task(MADE),
+    *all_batches(replace(MADE, interface=Interface(contacts=2)), Ensemble()),
+    record_task(MADE),
+    path_task(replace(MADE, path=LoadPath(amplitude=0.3))),
+    statistics_task(MADE),
+    states_task(MADE, (0,), subsurface=False),
+]
+
+
+@pytest.mark.parametrize("task", TASKS, ids=lambda task: task.kind)
+def test_a_miniature_is_small_and_brings_its_inputs(task):
+    """Those of drives are pulled over a record that is made up (tests/study/run/test_warm_up.py)."""
+    known = set[str]()
+    for small in KINDS[task.kind].miniature(task):
+        assert small.slab.n_x < task.slab.n_x
+        assert set(small.needs) <= known
+        known.add(small.key)
+    assert bool(known) == (task.kind != "compliance")
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)

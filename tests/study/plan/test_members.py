@@ -10,39 +10,27 @@ import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics import duration
+from nanoslip.solver.effects import SPARED
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of, omission_error
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
 from nanoslip.solver.parameter import SHARED_ERROR, quantity
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding import slide as sliding
 from nanoslip.solver.sliding.coarsening import double_spacing
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.manifest.manifest import KNOWABLE
-from nanoslip.study.plan.kinds import (
-    DRIVE as DRIVES,
-    KINDS,
-    RECORD,
-    Part,
-    compliance_task,
-    drive_task,
-    record_scalars_task,
-    record_task,
-    statistics_task,
-    uncertain_names,
-)
-from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.run import compute
-from nanoslip.study.run.compute import (
-    PAIRS,
-    Member,
-    error_of_starts,
-    joint_outcome,
-    member_numbers,
-    run_task,
-    whole_again,
-)
+from nanoslip.study.tasks import compute
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.compute import error_of_starts, joint_outcome, member_numbers, run_task, whole_again
+from nanoslip.study.tasks.drive import KIND as DRIVES, PAIRS, drive_task
+from nanoslip.study.tasks.kind import KINDS, Member, Part, uncertain_names
+from nanoslip.study.tasks.record import KIND as RECORD, compute_record, record_scalars_task, record_task
+from nanoslip.study.tasks.statistics import statistics_task
+from nanoslip.study.tasks.task import TaskResult
 from tests.study.plan.running import DRIVE, run
 
 CASE = Case(radius=50.0, slab=Slab(17), max_events=None, max_presliding=4.0)
@@ -59,7 +47,7 @@ REFUSED = Outcome(Ending.INVALID, "why", cause="why")
 
 def refuse(monkeypatch: pytest.MonkeyPatch, *numbers: int) -> None:
     """Make the physics refuse the members of these numbers."""
-    slide_to_state = compute.slide_to_state
+    slide_to_state = sliding.slide_to_state
     refused = [FOUR.case(CASE, number) for number in numbers]
 
     def slid(case: Case, *others: Any) -> Any:
@@ -67,7 +55,7 @@ def refuse(monkeypatch: pytest.MonkeyPatch, *numbers: int) -> None:
             raise InvalidInput(REFUSED.message)
         return slide_to_state(case, *others)
 
-    monkeypatch.setattr(compute, "slide_to_state", slid)
+    monkeypatch.setattr(sliding, "slide_to_state", slid)
 
 
 @pytest.mark.parametrize("spread", [0.0, 0.2])
@@ -92,7 +80,7 @@ def test_what_is_kept_of_one_members_contact_changes_no_bit_of_anothers(n_x):
         together, alone = (
             member_numbers(
                 RECORD,
-                [compute.compute_record(FOUR.case(case, number), compliance, FOUR, {}) for number in range(4)],
+                [compute_record(FOUR.case(case, number), compliance, FOUR, {}) for number in range(4)],
                 scalars_only=not whole,
             )
             for compliance in (kept, nothing_kept)
@@ -351,7 +339,7 @@ def test_members_beyond_the_first_two_are_pulled_without_teeth_where_that_is_all
     assert count > PAIRS
     expected = whole.scalars["kinetic_friction"][:PAIRS] + plain.scalars["kinetic_friction"][PAIRS:count]
     assert spared.scalars["kinetic_friction"] == expected
-    assert {compute.SPARED[int(word) - 1].name for word in spared.scalars["left_out"]} == {"teeth"}
+    assert {SPARED[int(word) - 1].name for word in spared.scalars["left_out"]} == {"teeth"}
     stated = omission_error(plain.scalars["kinetic_friction"][:PAIRS], whole.scalars["kinetic_friction"][:PAIRS])
     assert set(spared.scalars["left_out_error"]) == {stated}
     assert 0.0 < stated < 0.015
@@ -387,7 +375,7 @@ def test_nothing_is_left_out_by_campaigns_that_ask_for_members(whole):
 @pytest.mark.parametrize("refused", [0, 1])
 def test_a_first_member_that_is_refused_leaves_nothing_out(monkeypatch, refused):
     """Then no change is known; the others are computed whole."""
-    measured = compute.measure_motion
+    measured = duration.measure_motion
 
     def failing(record: FrictionRecord, plateau: Plateau, drive: Drive, over: object = None) -> Any:
         if plateau.mean == plateaus[refused]:
@@ -396,7 +384,7 @@ def test_a_first_member_that_is_refused_leaves_nothing_out(monkeypatch, refused)
 
     ensemble = Ensemble(4, 1e-6, ("plateau_mean", "kinetic_friction"))
     plateaus = run(compliance_task(PAPERS.slab), record_task(PAPERS, ensemble)).scalars["plateau_mean"]
-    monkeypatch.setattr(compute, "measure_motion", failing)
+    monkeypatch.setattr(duration, "measure_motion", failing)
     found = pulled(ensemble)
     assert np.isnan(found.scalars["kinetic_friction"]).tolist() == [number == refused for number in range(4)]
     assert {value for value in found.scalars["left_out"] if not np.isnan(value)} == {0}

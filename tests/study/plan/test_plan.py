@@ -14,9 +14,9 @@ from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.expectations import memory_need, plan_outlook
-from nanoslip.study.plan.kinds import KINDS
 from nanoslip.study.plan.plan import Plan, drive_outcome, ended, longest_chain_first, make_plan
-from nanoslip.study.plan.task import PENDING, Task
+from nanoslip.study.tasks.kind import KINDS
+from nanoslip.study.tasks.task import PENDING, Task
 from tests.conftest import SMALL
 from tests.study.plan.running import planned as plan
 

@@ -15,16 +15,14 @@ from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import NamedDrive
-from nanoslip.study.plan.kinds import (
-    compliance_task,
-    contact_task,
-    drive_task,
-    record_task,
-    states_task,
-    statistics_task,
-)
-from nanoslip.study.plan.task import SOLVER_VERSION, Task, TaskResult
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.contact import contact_task
+from nanoslip.study.tasks.drive import drive_task
+from nanoslip.study.tasks.record import record_task
+from nanoslip.study.tasks.states import states_task
+from nanoslip.study.tasks.statistics import statistics_task
+from nanoslip.study.tasks.task import SOLVER_VERSION, Task, TaskResult
 from tests.study.plan.running import first
 
 RECORDED = Path(__file__).with_name("recorded.json")
@@ -104,7 +102,7 @@ def test_a_result_that_changed_has_another_solver_version(label: str) -> None:
     assert known
     changed = {name: found.get(name) for name in known if found.get(name) != allowed(name, known[name])}
     assert not changed, (
-        f"results of '{label}' changed: raise the solver version (nanoslip.study.plan.task), and record them "
+        f"results of '{label}' changed: raise the solver version (nanoslip.study.tasks.task), and record them "
         f"anew: {changed}"
     )
     # Stored results that lack a number stay results (tests/study/results/test_other_versions.py): no other version for it.

@@ -28,7 +28,6 @@ from nanoslip.study.dataset.collect import NOTE
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts, entry as own, store as lease
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import FOLDER, Lease, Store, StoreError
@@ -36,6 +35,7 @@ from nanoslip.study.run.dispatch import RunTally
 from nanoslip.study.run.executor import executor, tasks_to_do
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import pin_arithmetic
+from nanoslip.study.tasks.task import TaskResult
 from tests.study.results.results import OBSTACLES, flipped
 from tests.written_tables import show
 

@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.study.plan.kinds import KINDS, result_names
-from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.entry import ALIGNED, LEAST, MARK
 from nanoslip.study.results.store import FOLDER
+from nanoslip.study.tasks.kind import KINDS, result_names
+from nanoslip.study.tasks.task import TaskResult
 
 _PLATEAU, _EVENTS, _COLUMNS = result_names(KINDS["record"])[1:4]
 _NAMES: Final = sorted(each for part in (_PLATEAU, _EVENTS, _COLUMNS) for each in part.scalars | part.undeclared)

@@ -14,11 +14,11 @@ from nanoslip.study.api import run
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds import KINDS, result_quantities
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.entry import ENDING, pack_result, read_head, result_path, unpack_result
 from nanoslip.study.results.store import Store
+from nanoslip.study.tasks.kind import KINDS, result_quantities
+from nanoslip.study.tasks.task import TaskResult
 from tests.study.results.results import written
 
 Change = Callable[[TaskResult], TaskResult]

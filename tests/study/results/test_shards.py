@@ -7,11 +7,11 @@ from tempfile import TemporaryDirectory
 import pytest
 
 from nanoslip.study.origin import here
-from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts
 from nanoslip.study.results.attempts import RUNS_FILE, Attempt, RunRecord
 from nanoslip.study.results.files import Shard, shard_folders
 from nanoslip.study.results.store import Lease, Store, merge_shards
+from nanoslip.study.tasks.task import TaskResult
 from tests.study.results.results import REFUSED, forbidden
 
 ONE, TWO, THREE = (letter * 19 + number for letter, number in ("a1", "b2", "f3"))

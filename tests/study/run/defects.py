@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from nanoslip.study.plan.task import Inputs, Task, TaskResult
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.task import Inputs, Task, TaskResult
 
 
 def crashing(where: Callable[[Task], bool]) -> Callable[[Task, Inputs], TaskResult]:

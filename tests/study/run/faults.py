@@ -18,13 +18,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
-from nanoslip.study.plan.task import Inputs, Task, TaskResult
 from nanoslip.study.run import executor as real
 from nanoslip.study.run.child import Agent
-from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import Done, Execute, RunTally
 from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.launch import Program
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.task import Inputs, Task, TaskResult
 from tests.study.run.made_up import Diary, Work
 
 

@@ -17,7 +17,6 @@ import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.study import origin, processor
-from nanoslip.study.plan.kinds import compliance_task, contact_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import executor as executor_module, farm as farm_module
@@ -27,6 +26,8 @@ from nanoslip.study.run.executor import executor
 from nanoslip.study.run.farm import Farm, MPIFarm, ProcessFarm, SerialFarm, open_farm
 from nanoslip.study.run.journal import Journal, long_task_keys
 from nanoslip.study.run.launch import WARNING, Interruption, Program, end_of_time, launcher_rank
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.contact import contact_task
 from tests.conftest import longer
 from tests.study.plan.running import CASE
 from tests.study.results.results import until_written, written

@@ -10,9 +10,10 @@ import pytest
 import rich.console
 
 from nanoslip.solver.outcome import COMPLETED
-from nanoslip.study.plan.kinds import compliance_task, record_task
 from nanoslip.study.run.dispatch import MeasuredTimes, Underway
 from nanoslip.study.run.progress import SILENCE, Progress, TerminalProgress, TimeForecast, duration, makespan, roughly
+from nanoslip.study.tasks.compliance import compliance_task
+from nanoslip.study.tasks.record import record_task
 from tests.study.plan.running import CASE
 from tests.study.run.made_up import Work
 

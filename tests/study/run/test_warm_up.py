@@ -13,11 +13,12 @@ from nanoslip.solver.case import PARTS, Case, SlipRule
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import declared, field_choices, parameter, validate
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
-from nanoslip.study.plan.kinds import record_task
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.run import warm_up
-from nanoslip.study.run.compute import run_task
-from nanoslip.study.run.warm_up import WarmUp, make_record, miniatures
+from nanoslip.study.run.warm_up import WarmUp, miniatures
+from nanoslip.study.tasks.compute import run_task
+from nanoslip.study.tasks.miniature import make_record
+from nanoslip.study.tasks.record import record_task
 from tests.conftest import ROOT, SMALL
 
 

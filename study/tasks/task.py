@@ -33,7 +33,7 @@ class Task:
     key: str
     """Hash of the kind and of all that decides the result, in the solver's units (20 hexadecimal digits)."""
     kind: str
-    """One of nanoslip.study.plan.kinds.KINDS."""
+    """One of nanoslip.study.tasks.kind.KINDS."""
     slab: Slab
     case: Case | None = None
     """The physics point; None for a compliance."""
@@ -111,7 +111,7 @@ class TaskResult:
     kind: str
     outcome: Outcome
     scalars: Mapping[str, Sequence[float | int]] = field(default_factory=dict)
-    """Scalars of each member, by the name that the parts of its kind give them (see nanoslip.study.plan.kinds)."""
+    """Scalars of each member, by the name that the parts of its kind give them (see nanoslip.study.tasks.kind)."""
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     """Arrays by the same names: of the first member, or of all members one after the other (`Kind.all_members`)."""
     members: tuple[Outcome, ...] = ()

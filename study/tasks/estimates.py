@@ -5,7 +5,6 @@ Seconds are steps times rates of an ordinary machine, within a factor of ten; th
 """
 
 import math
-from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Final, NamedTuple
 
@@ -25,10 +24,11 @@ from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import cache_last
 from nanoslip.solver.load_path import path_extent
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.interface import PIECES, batches
+from nanoslip.solver.sliding.interface import PIECES
 from nanoslip.solver.sliding.record import FIRST_CAPACITY, extend_record, farthest, off_the_slab, presliding_length
 from nanoslip.solver.sliding.validity import least_plateau
-from nanoslip.study.plan.task import Task, task_case, task_drive
+from nanoslip.study.tasks.kind import KINDS
+from nanoslip.study.tasks.task import Task
 
 # Rates: seconds on one core.
 
@@ -40,11 +40,6 @@ SOLVE: Final = 1e-9
 """Time of a dense solution over the cube of its unknowns."""
 SLIP: Final = 1e-9
 """Time per entry of the row that a node's slip adds to the state."""
-RECORD_SECONDS: Final = 4e-3
-"""Time of a member's record beside its events: to set it up, and its numbers (1.5 to 9 ms of 9 nodes, by scheme)."""
-STATISTICS_SECONDS: Final = 0.04
-"""Time to fit the distributions of event sizes to drawn samples, over the cube root of their number, all members together: 0.3 s
-for 400 events, 1.0 for 20,000 and 2.5 for 160,000."""
 STEP: Final = 6e-8
 """Time of a step of a drive: a tooth passed, a time step, a sample."""
 CRITICAL_SECONDS: Final = 0.85
@@ -165,14 +160,6 @@ def path_length(case: Case) -> tuple[int, float, float]:
     return path_extent(case.path, estimate_sizes(case).presliding)
 
 
-def _path_events(case: Case) -> float:
-    """Events on a case's path; a change of the load by itself is as a presliding length."""
-    legs, way, _ = path_length(case)
-    sizes, loads = estimate_sizes(case), len(case.path.visited_loads)
-    per_length = 1.0 if case.slip_rule.residual_shear == 1.0 else sizes.presliding / sizes.step / sizes.nodes
-    return (way / max(sizes.presliding, 1e-300) + loads) * per_length * sizes.nodes + legs
-
-
 def _tableau_entries(case: Case) -> float:
     """Entries of a row of the tableau: both directions of all nodes that are followed, and the load.
 
@@ -218,10 +205,10 @@ def touch_seconds(case: Case) -> float:
 
 def record_seconds(case: Case) -> float:
     """Seconds of a case's friction record, initial contact included."""
-    return touch_seconds(case) + _slide_seconds(case, estimate_sizes(case).events)
+    return touch_seconds(case) + slide_seconds(case, estimate_sizes(case).events)
 
 
-def _slide_seconds(case: Case, events: float) -> float:
+def slide_seconds(case: Case, events: float) -> float:
     """A slip updates a row of the state. Coulomb sliding solves for the sliding nodes at each event: 0.8 s for 8 presliding
     lengths with 201 nodes, 40 s for 2 with 795."""
     nodes, stiffness = estimate_sizes(case).nodes, estimate_sizes(case).stiffness
@@ -265,7 +252,7 @@ def drive_steps(drive: Drive, case: Case) -> float:
 def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False) -> float:
     """Seconds of motion and fit: steps, and samples; of the contact that is slid as far as the stage moves; of bisections."""
     way = drive.stage_velocity * drive_duration(drive, case) if drive.memory else 0.0
-    contact = touch_seconds(case) + _slide_seconds(case, way / estimate_sizes(case).step) if way else 0.0
+    contact = touch_seconds(case) + slide_seconds(case, way / estimate_sizes(case).step) if way else 0.0
     # A light pin swings on spring and contact, and may come to rest in each period: steps are then counted
     # as periods at least, which is a bound from above (2e7 rests were seen in 5e8 periods).
     damped = estimate_sizes(case).stiffness + drive.spring_stiffness * (1.0 - drive.damping_ratio**2)
@@ -278,23 +265,20 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
 
 # Bytes of the arrays of contacts and friction records while they are computed.
 
-_FLOAT = 8.0
+FLOAT: Final = 8.0
+"""Bytes of a number."""
 _SYSTEMS = 3.4  # copies of its matrix that a contact holds at once
 _ON_A_PLANE = 2.5  # the same on a plane of nodes: no matrix is kept, but a base of tableaus
 _CONVOLVED = 40.0  # numbers for each surface node while a contact is looked for without a matrix
-_OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
 _EVENT = 65.0  # bytes of an event in a record
 _FIELDS = 16.0  # fields over the surface while a pin slides: places, forces, displacements, their changes
-_INNER = 4500.0  # numbers for each surface node when the inside of the slab is solved for
-_NODE = 500.0  # numbers for each node of a slab's grid: its sparse stiffness, copies and products
-_SQUARE = 12.0  # numbers for each surface node squared: the compliance, its blocks, those of even and odd fields
 
 
 def contact_bytes(case: Case) -> float:
     """Bytes of arrays while initial contact is computed, beside the compliance, which is mapped."""
     if case.contact_by_convolution:
-        return _FLOAT * _CONVOLVED * case.slab.nodes
-    return _FLOAT * _systems(case) * _touch_entries(case) ** 2
+        return FLOAT * _CONVOLVED * case.slab.nodes
+    return FLOAT * _systems(case) * _touch_entries(case) ** 2
 
 
 def _systems(case: Case) -> float:
@@ -308,7 +292,7 @@ def sliding_bytes(case: Case) -> float:
     entries = max(_touch_entries(case), sliding)
     anew = case.effects.pin_translation and not (case.effects.coupling or case.slab.scheme.endless)  # the compliance
     whole = wide * (wide if anew else _FIELDS)
-    return _FLOAT * (_systems(case) * entries**2 + whole)
+    return FLOAT * (_systems(case) * entries**2 + whole)
 
 
 def record_bytes(case: Case) -> float:
@@ -317,18 +301,7 @@ def record_bytes(case: Case) -> float:
     return _EVENT * max(min(FIRST_CAPACITY, float(case.max_events or FIRST_CAPACITY)) + events, 2.5 * events)
 
 
-# Cost of each kind of task.
-
-
-class Estimate(NamedTuple):
-    """Estimated cost of a task."""
-
-    seconds: float
-    """Seconds on one core of an ordinary machine."""
-    memory: float
-    """Bytes of arrays while it runs, beside the compliance that it maps and the program's own."""
-    numbers: float = 0.0
-    """Count of numbers in the arrays of its result."""
+# Cost of a task, whatever its kind.
 
 
 RESULT: Final = 3000.0
@@ -339,86 +312,6 @@ LONGEST: Final = 1e12
 
 def estimate(task: Task) -> tuple[float, float, float]:
     """Rough cost of a task, with distribution, reading and writing: seconds, bytes of memory, bytes of its result."""
-    seconds, memory, numbers = ESTIMATES[task.kind](task)
-    disk = RESULT + _FLOAT * (0.0 if task.scalars_only else numbers)
+    seconds, memory, numbers = KINDS[task.kind].estimate(task)
+    disk = RESULT + FLOAT * (0.0 if task.scalars_only else numbers)
     return 0.0 if task.free else min(TASK + seconds, LONGEST), memory, disk
-
-
-def _compliance(task: Task) -> Estimate:
-    squares = task.slab.n_x**2
-    memory = _FLOAT * (_NODE * grid_nodes(task.slab) + _SQUARE * squares)
-    return Estimate(condensation_seconds(task.slab), memory, 4.0 * squares)
-
-
-def _contact(task: Task) -> Estimate:
-    case = task_case(task)
-    return Estimate(task.ensemble.likely * touch_seconds(case), contact_bytes(case), 10.0 * case.slab.nodes)
-
-
-def _contacts(task: Task) -> Estimate:
-    case, (first, beyond) = task_case(task), task.contacts
-    memory = sliding_bytes(case) + record_bytes(case) + 2.0 * _FLOAT * _PORTION
-    return Estimate((beyond - first) * record_seconds(case), memory, _PORTION)
-
-
-_PORTION = 6.0 * PIECES  # numbers' worth of a portion
-_PER_EVENT = 9.0  # numbers of a record
-
-
-def _record(task: Task) -> Estimate:
-    case, members = task_case(task), task.ensemble.likely
-    if case.interface.contacts > 1:
-        numbers = members * _PER_EVENT * PIECES
-        inputs = members * len(batches(case.interface.contacts)) * _PORTION
-        return Estimate(0.0, _FLOAT * (inputs + numbers), numbers)
-    if task.free:
-        return Estimate(0.0, 0.0)
-    numbers = members * (_PER_EVENT * estimate_sizes(case).events + 2.0 * case.slab.nodes)
-    seconds, memory = RECORD_SECONDS + record_seconds(case), sliding_bytes(case) + members * record_bytes(case)
-    return Estimate(members * seconds, memory, numbers)
-
-
-def _path(task: Task) -> Estimate:
-    """Each leg sets up its contact."""
-    case, events = task_case(task), _path_events(task_case(task))
-    seconds = (path_length(case)[0] + 1) * touch_seconds(case) + _slide_seconds(case, events)
-    numbers = 8.0 * events
-    return Estimate(task.ensemble.likely * seconds, sliding_bytes(case) + _FLOAT * 3.0 * numbers, numbers)
-
-
-def _statistics(task: Task) -> Estimate:
-    events = task.ensemble.likely * estimate_sizes(task_case(task)).events
-    return Estimate(STATISTICS_SECONDS * math.cbrt(events), _FLOAT * _OF_A_SIZE * events, 800.0)
-
-
-def _states(task: Task) -> Estimate:
-    """A record up to the last of its events; solving for the inside of the slab takes as long as condensing it."""
-    case, slab = task_case(task), task.slab
-    last = min(float(max(task.events)), estimate_sizes(case).events)
-    seconds = touch_seconds(case) + (_slide_seconds(case, last) if last else 0.0)
-    memory = sliding_bytes(case) if last else contact_bytes(case)
-    if not task.subsurface:
-        return Estimate(seconds, memory, 6.0 * len(task.events) * slab.nodes)
-    inside = len(task.events) * condensation_seconds(slab)
-    memory = max(memory, _FLOAT * _INNER * slab.n_x)
-    return Estimate(seconds + inside, memory, 70.0 * len(task.events) * slab.n_x)
-
-
-def _drive(task: Task) -> Estimate:
-    case, drive = task_case(task), task_drive(task)
-    numbers = 6.0 * drive.output_times  # twice that with the fit's columns, beside the record
-    memory = _FLOAT * (2.0 * numbers + 16.0 * estimate_sizes(case).events)
-    return Estimate(task.ensemble.likely * drive_seconds(drive, case, task.fitted, task.critical), memory, numbers)
-
-
-ESTIMATES: Final[Mapping[str, Callable[[Task], Estimate]]] = {
-    "compliance": _compliance,
-    "contact": _contact,
-    "contacts": _contacts,
-    "record": _record,
-    "path": _path,
-    "statistics": _statistics,
-    "states": _states,
-    "drive": _drive,
-}
-"""Name of a kind -> cost of its tasks, from their cases alone."""

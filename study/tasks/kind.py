@@ -1,0 +1,355 @@
+"""What a kind of task declares, in the file of its name: condition, tasks and keys, results, cost, computation, miniature.
+
+A result holds the numbers of a kind's `parts`, dataclasses of the solver with declared fields (nanoslip.solver.parameter);
+dataset and tables follow from these. A kind's file imports what computes inside the functions that compute: plans and
+datasets do without it.
+"""
+
+import math
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
+from importlib import import_module
+from typing import Any, Final, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.ensemble import Ensemble
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities, quantity
+from nanoslip.solver.slab import SCHEMES
+from nanoslip.solver.sliding.plateau import Plateau
+from nanoslip.study.canonical import CanonicalText, canonical_text
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.tasks.task import Inputs, Task, TaskResult, task_key
+
+PartOfResult = TypeVar("PartOfResult")
+
+
+class Part(NamedTuple):
+    """A dataclass of which a kind's results hold the numbers."""
+
+    type: type
+    prefix: str = ""
+    """Prefix of its fields in results and, for fields without a name of their own, in datasets."""
+    whole: bool = False
+    """True if results hold numbers that are no quantities, too, because another task reads them."""
+    wanted: Callable[[Manifest], bool] = lambda _: True
+    """True if a campaign requests it; an unrequested part is None."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ragged:
+    """Columns of a kind's results in a dataset: concatenated over `sample`, one run for each `instance`."""
+
+    instance: str
+    """Dimension and name of their group. Several kinds may add to one group if they have the same columns."""
+    sample: str
+    count: str
+    """Variable over the instances: the length of each run."""
+    wanted: Callable[[Manifest], bool]
+
+
+class Wanted(NamedTuple):
+    """A task of a case."""
+
+    task: Task
+    drive: str = ""
+    """Label of its drive, where it has one."""
+    part: bool = False
+    """True if it is a part of another task of the case, whose result contains it."""
+
+
+class Estimate(NamedTuple):
+    """Estimated cost of a task."""
+
+    seconds: float
+    """Seconds on one core of an ordinary machine."""
+    memory: float
+    """Bytes of arrays while it runs, beside the compliance that it maps and the program's own."""
+    numbers: float = 0.0
+    """Count of numbers in the arrays of its result."""
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """Result of a member: values of its kind's parts, in any order, and outcome."""
+
+    values: tuple[object, ...] = ()
+    outcome: Outcome = COMPLETED
+    only: tuple[str, ...] | None = None
+    """Known variables, if it was computed without an effect that changes others; None for all."""
+    plateau: Plateau | None = None
+    """Plateau of its record, which determines the error that members share."""
+    halves: Mapping[str, float] = field(default_factory=dict)
+    """Numbers that its record's length decides, as they are over the first half of it."""
+    repetitions: Collection[str] = ()
+    """Numbers that the repetition of its record decides, about as much as the surface."""
+    node: float = 0.0
+    """Change of its stiffness by one node more."""
+
+    def part(self, kind: type[PartOfResult]) -> PartOfResult | None:
+        """The value of a part; None if the member lacks it."""
+        return next((each for each in self.values if type(each) is kind), None)
+
+
+@dataclass(frozen=True, slots=True)
+class Computed:
+    """The result of a task before it is stored."""
+
+    members: tuple[Member, ...] = ()
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    """Arrays that are in no part."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """One kind of task. Its stage is its place in KINDS."""
+
+    name: str
+    needed: Callable[[Manifest], bool]
+    """True if a campaign needs such tasks at all."""
+    tasks: Callable[[Case, Manifest], tuple[Wanted, ...]]
+    """Tasks of a case, inputs first; the last task of a drive computes the drive itself."""
+    estimate: Callable[[Task], Estimate]
+    """Cost of a task, from its case alone."""
+    compute: Callable[[Task, Inputs], Computed]
+    """The numbers of a task's members. Raises SolverError where the physics refuses."""
+    miniature: Callable[[Task], tuple[Task, ...]]
+    """Small tasks that run every kernel of a task, inputs first. Raises InvalidInput if it cannot be made small."""
+    parts: tuple[Part, ...] = ()
+    """Parts in the order of a dataset's variables."""
+    ragged: tuple[Ragged, ...] = ()
+    all_members: bool = False
+    """True if results hold the columns of all members, which other tasks read; else the arrays of the first one."""
+    require_arrays: Callable[[TaskResult], None] = lambda _: None
+    """Raises ValueError for a completed result whose arrays, those of its parts aside, are of no use."""
+
+
+class Kinds(Mapping[str, Kind]):
+    """Name -> kind of task, which is loaded when it is asked for: a stage each, none of which needs a later one."""
+
+    NAMES: Final = ("compliance", "contact", "contacts", "record", "path", "statistics", "states", "drive")
+
+    def __getitem__(self, name: str) -> Kind:
+        if name not in self.NAMES:
+            raise KeyError(name)
+        kind: Kind = import_module(f"{__package__}.{name}").KIND
+        return kind
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.NAMES)
+
+    def __len__(self) -> int:
+        return len(self.NAMES)
+
+
+KINDS: Final = Kinds()
+
+
+MEMBER: Final = "member"
+"""The dimension of members' scalars in results."""
+MEMBER_OUTCOME: Final = Quantity(
+    "member_outcome", "how the member ended", along=MEMBER, codes=tuple(Ending), dtype=np.int8
+)
+
+
+@lru_cache(maxsize=256)
+def result_quantities(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
+    """Name of each scalar of a kind's results that is a quantity -> its declaration; or of each array along a dimension.
+
+    Along MEMBER: how it ended, and the scalars whose means have an uncertainty.
+    """
+    if along == MEMBER:
+        scalars = ((name, each) for name, each in result_quantities(kind).items() if each.ensemble)
+        own = {name: replace(each, along=MEMBER, ensemble=False, si=None) for name, each in scalars}
+        return {MEMBER_OUTCOME.name: MEMBER_OUTCOME, **own}
+    found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
+    return {key: quantity for key, quantity in found if quantity.along == along}
+
+
+def names_to_drop(kind: Kind, manifest: Manifest) -> frozenset[str]:
+    """Names of the scalars and arrays of a kind's parts that a campaign does not request."""
+    parts = (part for part in kind.parts if not part.wanted(manifest))
+    return frozenset(name for part in parts for name in quantities(part.type, part.prefix))
+
+
+def has_target(manifest: Manifest) -> bool:
+    """True if a campaign states an error instead of a number of members."""
+    return manifest.ensemble.within is not None
+
+
+def several(manifest: Manifest) -> bool:
+    """True if cases have members whose values a dataset holds beside their means."""
+    return manifest.ensemble.members > 1
+
+
+def output(name: str) -> Callable[[Manifest], bool]:
+    """Predicate: True if a campaign requests this of its outputs."""
+    return lambda manifest: bool(getattr(manifest.outputs, name))
+
+
+def uncertain_names(kind: Kind) -> frozenset[str]:
+    """The variables of a kind's results whose means have an uncertainty."""
+    return frozenset(each.name for each in result_quantities(kind).values() if each.ensemble)
+
+
+@lru_cache(maxsize=64)  # asked for every case of a campaign
+def own_ensemble(kind: str, ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
+    """The ensemble of the tasks of this kind in a campaign with this ensemble, and its canonical text."""
+    found = ensemble.select_observables(uncertain_names(KINDS[kind]))
+    return found, CanonicalText(canonical_text(found))
+
+
+def column_length_name(sample: str) -> str:
+    """Scalar with the length of each member's columns along a dimension, in results with columns of all members."""
+    return f"{sample}_rows"
+
+
+def member_column(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArray[Any]:
+    """A member's column along a dimension."""
+    whole, rows = result.arrays[name], result.scalars.get(column_length_name(sample))
+    if rows is None:
+        return whole
+    begin = int(sum(rows[:member]))
+    return whole[begin : begin + int(rows[member])]
+
+
+def member_task(
+    kind: str,
+    physics: tuple[object, ...],
+    case: Case,
+    ensemble: Ensemble,
+    needs: tuple[str, ...],
+    *,
+    scalars_only: bool,
+) -> Task:
+    """A task of all members of a case; its key hashes the kind, these parameters and the ensemble."""
+    ensemble, text = own_ensemble(kind, ensemble)
+    key = task_key(kind, *physics, text, *list_marks(scalars=scalars_only))
+    return Task(key, kind, case.slab, case, ensemble=ensemble, needs=needs, scalars_only=scalars_only)
+
+
+def list_marks(**chosen: bool) -> tuple[str, ...]:
+    """Marks of these choices in the key of a result."""
+    return tuple(name for name, is_chosen in chosen.items() if is_chosen)
+
+
+def has_planes(manifest: Manifest) -> bool:
+    """True if a case may have a plane of nodes."""
+    return any(SCHEMES[str(scheme)].planar for scheme in manifest.case_values("scheme"))
+
+
+def event_field(along: str) -> Any:
+    """A field that is a column: the event after which the values of a node hold."""
+    comment = "of the record; 0: initial contact"
+    return quantity("event after which the values hold", "event", along=along, dtype=np.int64, comment=comment)
+
+
+ACROSS: Final = frozenset({"y", "node_y", "surface_y"})
+"""Columns of positions across the drag: only results of a plane of nodes have them."""
+
+
+# Another version of nanoslip with the same solver version writes results, too: numbers that they lack are NaN, numbers that this
+# version does not declare stay. Only what cannot be put together again is of no use.
+
+
+class PartContents(NamedTuple):
+    """Names of the numbers and columns in results that belong to a part."""
+
+    scalars: frozenset[str]
+    """Declared scalars, and the errors that members share."""
+    columns: Mapping[str, str]
+    """Declared array -> its dimension."""
+    undeclared: frozenset[str]
+    """Numbers of a whole part that are no quantities."""
+
+    def is_held(self, names: Collection[str]) -> bool:
+        """True if any of these names is of this part."""
+        return any(name in names for name in (*self.scalars, *self.columns, *self.undeclared))
+
+
+@lru_cache(maxsize=64)
+def result_names(kind: Kind) -> tuple[PartContents, ...]:
+    """Names of the scalars and arrays in results of a kind, part by part."""
+    return tuple(map(_contents_of_part, kind.parts))
+
+
+def _contents_of_part(part: Part) -> PartContents:
+    declared = quantities(part.type, part.prefix)
+    columns = {name: each.along for name, each in declared.items() if each.along}
+    scalars = declared.keys() - columns
+    shared = {f"{name}{SHARED_ERROR}" for name in scalars if declared[name].shared}
+    every = {f"{part.prefix}{item.name}" for item in fields(part.type) if item.name != ENDING_FIELD}
+    return PartContents(frozenset(scalars | shared), columns, frozenset(every - declared.keys() if part.whole else ()))
+
+
+ENDING_FIELD: Final = "outcome"
+"""Field of a part that is no number: results hold outcomes apart."""
+
+
+def as_declared(result: TaskResult) -> TaskResult:
+    """The result with all scalars that its kind declares: NaN where the version that computed it had none.
+
+    Raises ValueError if this version cannot use it.
+    """
+    if result.kind not in KINDS:
+        raise ValueError(f"{result.kind!r}: no kind of task")
+    kind, members = KINDS[result.kind], _member_count(result)
+    names = result.scalars.keys() | result.arrays.keys()
+    parts = [part for part in result_names(kind) if part.is_held(names)]
+    if not parts and result_names(kind) and result.outcome.ok:
+        raise ValueError("completed without numbers")
+    if members:
+        declared = {name for part in parts for name in part.scalars}
+        missing = {name: [math.nan] * members for name in sorted(declared - result.scalars.keys())}
+        result = replace(result, scalars={**result.scalars, **missing}) if missing else result
+    _require_arrays(kind, parts, members, result)
+    return result
+
+
+def _member_count(result: TaskResult) -> int:
+    """Number of members, 0 without scalars. Raises ValueError unless each scalar is a number of each member."""
+    columns = list(result.scalars.values())
+    counts = {len(column) for column in columns} | ({len(result.members)} - {0})
+    plain = all({*map(type, column)} <= {int, float, bool} for column in columns)
+    if not plain or len(counts) > 1 or 0 in counts:
+        raise ValueError("scalars that are not one number of each member")
+    return max(counts) if result.scalars else 0
+
+
+def _require_arrays(kind: Kind, parts: Iterable[PartContents], members: int, result: TaskResult) -> None:
+    """Raise ValueError unless there are no arrays, or all of each part, as long as each other along a dimension."""
+    arrays, scalars = result.arrays, result.scalars
+    if any(each.dtype.kind not in "biuf" for each in arrays.values()):
+        raise ValueError("an array of something else than numbers")
+    if result.outcome.ok:
+        kind.require_arrays(result)
+    for part in parts if arrays else ():
+        if lost := (part.columns.keys() | part.undeclared) - arrays.keys() - scalars.keys():
+            raise ValueError(f"without {', '.join(sorted(lost))}")
+        for name, sample in part.columns.items():
+            rows = scalars.get(column_length_name(sample), ())
+            if kind.all_members and members > 1 and not rows:
+                raise ValueError(f"without {column_length_name(sample)}")
+            first = next(arrays[each].shape for each, along in part.columns.items() if along == sample)
+            if arrays[name].shape != ((sum(rows),) if rows else first) or arrays[name].ndim != 1:
+                raise ValueError(f"{name} has another length along {sample}")
+
+
+def task_kinds(manifest: Manifest) -> frozenset[str]:
+    """The kinds of task that this manifest needs."""
+    return frozenset(kind.name for kind in KINDS.values() if kind.needed(manifest))
+
+
+def order_by_stage(tasks: Iterable[Task]) -> Iterator[Task]:
+    """Order tasks by kind, so that no task needs a later task: intermediate tasks precede the tasks that use them."""
+    stages: defaultdict[tuple[int, bool], list[Task]] = defaultdict(list)
+    places = {kind: place for place, kind in enumerate(KINDS)}
+    for task in tasks:
+        stages[places[task.kind], not task.intermediate].append(task)
+    for stage in sorted(stages):
+        yield from stages[stage]
