@@ -179,14 +179,14 @@ def small_record(task: Task) -> tuple[Task, ...]:
     return compliance_task(case.slab), record_task(case)
 
 
-def _needed(manifest: Manifest) -> bool:
+def _has_records(manifest: Manifest) -> bool:
     read_by_others = "dynamics" in manifest.stages or manifest.outputs.statistics
     return "slip" in manifest.stages and (not manifest.paths or read_by_others)
 
 
 KIND: Final = Kind(
     "record",
-    needed=_needed,
+    needed=_has_records,
     tasks=_tasks,
     estimate=_estimate,
     compute=_compute,

@@ -48,7 +48,7 @@ MADE = replace(CASE, slab=Slab(65, scheme="biquadratic"))
 TASKS = [
     compliance_task(MADE.slab),
     contact_task(MADE),
-    *all_batches(replace(MADE, interface=Interface(contacts=2)), Ensemble()),
+    *all_batches(replace(MADE, max_displacement=0.1, interface=Interface(contacts=2)), Ensemble()),
     record_task(MADE),
     path_task(replace(MADE, path=LoadPath(amplitude=0.3))),
     statistics_task(MADE),
