@@ -187,9 +187,9 @@ def several(manifest: Manifest) -> bool:
     return manifest.ensemble.members > 1
 
 
-def output(name: str) -> Callable[[Manifest], bool]:
-    """Predicate: True if a campaign requests this of its outputs."""
-    return lambda manifest: bool(getattr(manifest.outputs, name))
+def output(*names: str) -> Callable[[Manifest], bool]:
+    """Predicate: True if a campaign requests any of these outputs."""
+    return lambda manifest: any(getattr(manifest.outputs, name) for name in names)
 
 
 def uncertain_names(kind: Kind) -> frozenset[str]:

@@ -1,5 +1,6 @@
 """The contact along a path of pin and load, in place of a record: a line of friction force, and the numbers of its loops."""
 
+from operator import attrgetter
 from typing import Final
 
 from nanoslip.solver.case import Case
@@ -80,7 +81,7 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
 
 KIND: Final = Kind(
     "path",
-    needed=lambda manifest: manifest.paths,
+    needed=attrgetter("paths"),
     tasks=_tasks,
     estimate=_estimate,
     compute=_compute,

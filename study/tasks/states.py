@@ -118,7 +118,7 @@ def _columns(kind: Any, parts: Sequence[Any]) -> dict[str, NDArray[Any]]:
 
 KIND: Final = Kind(
     "states",
-    needed=lambda manifest: bool(manifest.outputs.tractions_at) or manifest.outputs.subsurface,
+    needed=output("tractions_at", "subsurface"),
     tasks=_tasks,
     estimate=_estimate,
     compute=_compute,
