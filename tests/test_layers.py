@@ -45,7 +45,7 @@ ORDER = {
     "nanoslip.study.report": "console summary budget curves page",
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures",
-    "nanoslip.study.accuracy": "effects deciding spending setup diagram operators records measurement",
+    "nanoslip.study.accuracy": "effects task_times deciding spending setup diagram operators records measurement",
     "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer trace"
     " traces cli",
 }

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import click
-import threadpoolctl
 
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.study.commands.words import Refusal
@@ -26,7 +25,6 @@ from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.dispatch import MeasuredTimes
 from nanoslip.study.run.executor import tasks_to_do
 from nanoslip.study.run.journal import read_task_times
-from nanoslip.study.tasks.estimates import TASK
 from nanoslip.study.tasks.task import Task, idle
 from nanoslip.study.toml_text import from_toml
 
@@ -201,32 +199,3 @@ def print_foreign(foreign: Mapping[str, Origins], campaign: Path, into: Path, st
 def plural(number: int, what: str) -> str:
     """A number of things in words: `1 case`, `2 cases`."""
     return f"{number} {what}{'' if number == 1 else 's'}"
-
-
-# Times of a campaign's tasks on this machine, measured on a few of them; no result is kept.
-
-LONGEST: Final = 5.0
-"""Predicted seconds of a task that is measured, at most, with all that it needs."""
-
-
-def measure_tasks(plan: Plan) -> MeasuredTimes:
-    """Compute, for each kind, the longest task that is predicted to take at most a few seconds, and its inputs."""
-    from nanoslip.study.accuracy.effects import Done, compute_tasks  # noqa: PLC0415  few plans are measured
-
-    places = {task.key: place for place, task in enumerate(plan.tasks)}
-    chains: dict[str, list[Task]] = {}
-    for task in sorted(plan.tasks, key=lambda task: task.cost):
-        needed = sorted(places[key] for key in plan.with_needs([task.key]))
-        chain = [plan.tasks[place] for place in needed]
-        if sum(link.cost for link in chain) <= LONGEST:
-            chains[task.kind] = chain
-    distinct = {task.key: task for chain in chains.values() for task in chain}
-    tasks = [("", task) for task in distinct.values()]
-    times, done = MeasuredTimes(), Done()
-    with threadpoolctl.threadpool_limits(limits=1):
-        compute_tasks(tasks, {})  # loads libraries and compiles kernels
-        compute_tasks(tasks, done)
-    for task in distinct.values():
-        _, seconds = done[task.key]
-        times.learn(task, TASK + seconds)
-    return times

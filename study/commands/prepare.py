@@ -24,6 +24,7 @@ from nanoslip.study.report.console import Table, note, print_entries, print_sent
 from nanoslip.study.results.files import results_folder
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
+from nanoslip.study.run.dispatch import MeasuredTimes
 from nanoslip.study.run.launch import cores
 from nanoslip.study.run.progress import duration, makespan, roughly, to_one_digit
 from nanoslip.study.tasks.task import PENDING, label_value
@@ -143,13 +144,20 @@ def _list_few(values: Sequence[Value]) -> str:
 # `nanoslip plan`: tasks, time, disk, effects and expected flags of a campaign, before anything is computed.
 
 
+def _measure_tasks(plan: Plan) -> MeasuredTimes:
+    """Measure a few tasks of a plan, by modules that other plans do without."""
+    from nanoslip.study.accuracy.task_times import measure_tasks  # noqa: PLC0415
+
+    return measure_tasks(plan)
+
+
 def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool, as_json: bool) -> None:
     """Print the plan of a campaign, its remaining tasks, and tasks too large for the memory here.
 
     ranks: number of ranks for which the time is estimated beside the time on a single rank; None for the cores here.
     measure: whether tasks are measured here.
     """
-    found = plans.standing(campaign, out, plans.measure_tasks if measure else None, sized=True)
+    found = plans.standing(campaign, out, _measure_tasks if measure else None, sized=True)
     if as_json:
         plans.print_json(_data(found, ranks or cores()))
     else:

@@ -37,7 +37,7 @@ def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
 
 
 def _kernel_choices(task: Task) -> tuple[object, ...]:
-    """What decides which kernels a task runs: equal for tasks with equal miniatures."""
+    """Values that decide which kernels a task runs: equal for tasks with equal miniatures."""
     return task.kind, str(compiling_shape(task.case)), *compiling_choices(task).items()
 
 

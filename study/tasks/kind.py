@@ -1,4 +1,4 @@
-"""What a kind of task declares, in the file of its name: condition, tasks and keys, results, cost, computation, miniature.
+"""Declaration of a kind of task, in the file of its name: condition, tasks and keys, results, cost, computation, miniature.
 
 A result holds the numbers of a kind's `parts`, dataclasses of the solver with declared fields (nanoslip.solver.parameter);
 dataset and tables follow from these. A kind's file imports what computes inside the functions that compute: plans and
