@@ -98,8 +98,8 @@ class SpacingChange:
     """Influence of the node spacing on the numbers of a target: it counts in the target as the error of starts does."""
 
     spacing_change: float = quantity(
-        "relative change by twice the node spacing",
-        comment="largest of all requested numbers, of means over the first members; NaN if the scheme, too few nodes in contact, "
+        "change by twice the node spacing",
+        comment="relative; largest of all requested numbers, of means over the first members; NaN if the scheme, too few nodes in contact, "
         "an interface or a drive over the contact exclude twice the spacing",
     )
 
