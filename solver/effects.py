@@ -99,8 +99,8 @@ class SpacingChange:
 
     spacing_change: float = quantity(
         "change by twice the node spacing",
-        comment="relative; largest of all requested numbers, of means over the first members; NaN if the scheme, too few nodes in contact, "
-        "an interface or a drive over the contact exclude twice the spacing",
+        comment="relative; largest of all requested numbers, of means over the first members; NaN if the scheme, too few nodes "
+        "in contact, an interface or a drive over the contact exclude twice the spacing",
     )
 
 
