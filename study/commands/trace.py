@@ -70,6 +70,8 @@ SENTENCES: Final = {
     "loop_partial_slip": "loops are those of partial slip: they lose energy, and their energy ratio of {ratio:.2g} is "
     "below {least}",
     "loop_sticks": "loops lose no energy beyond its ±: the contact sticks, or slips by less than the noise",
+    "short_stroke": "after a turn {share:.0%} of a stroke only stretch rig and contact, more than {middle:.0%}: there is no "
+    "friction at mid-stroke; a longer stroke shows it",
     "no_whole_cycle": "the stage turns, but no two strokes there and back are whole, from turn to turn: no loop; "
     "record a cycle more",
     "open_loop": "the only cycle begins without force, so its loop is wider than those after it: energy, slip and energy ratio "

@@ -56,6 +56,8 @@ class Loops:
     """True if the loop is as stiff as the rig: that of the contact is then not known."""
     begins_at_rest: bool
     """True if the only cycle begins without force: its loop is wider than later loops."""
+    stretching: float
+    """Share of a stroke after a turn that only stretches rig and contact; NaN if nothing slides."""
     position: Floats
     force: Floats
     strokes: tuple[LoopStroke, ...]
@@ -132,20 +134,23 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     state = None
     if ratio.of and float(np.ptp(force)) > NOISE * noise_deviation(force):
         state = _state(ratio, energy)
-    # A loop whose contact only yields has no friction of sliding and no slip.
-    slides = state == "slides"
+    # The force is zero half-way through the stretching, and the loop is as wide there as the contact slides.
+    stretching = math.nan
+    if state == "slides" and len(widths.values):
+        stretching = 1.0 - float(widths.values.mean()) / float(ends.values.mean())
     found = {
         "cycle_energy": energy,
-        "mid_stroke_friction": middles.mean(unit) if slides else None,
+        "mid_stroke_friction": middles.mean(unit) if stretching <= MIDDLE[0] else None,
         "turn_friction": swings.mean(unit),
         "contact_stiffness": contact,
         "contact_amplitude": amplitudes.mean("m") if ratio.of else None,
-        "slip_amplitude": widths.mean("m") if slides else None,
+        # A contact that only yields has no slip.
+        "slip_amplitude": widths.mean("m") if state == "slides" else None,
         "energy_ratio": ratio,
     }
     numbers = {name: number for name, number in found.items() if number is not None and number.of}
     rigid = stiffness.of > 0 and not contact.of
-    return Loops(numbers, state, rigid, begins_at_rest, position, force, tuple(strokes))
+    return Loops(numbers, state, rigid, begins_at_rest, stretching, position, force, tuple(strokes))
 
 
 def _state(ratio: Measured, energy: Measured) -> LoopState | None:

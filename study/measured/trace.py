@@ -18,7 +18,7 @@ from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT_CH
 from nanoslip.solver.ensemble import FEWEST
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.measured.cycles import RESOLVED, Cycle, FittedCycles, fit_cycles, ring_down
-from nanoslip.study.measured.loops import SLIDES_FROM, Loops, measure_loops
+from nanoslip.study.measured.loops import MIDDLE, SLIDES_FROM, Loops, measure_loops
 from nanoslip.study.measured.means import (
     VALUE_BATCHES,
     Measured,
@@ -216,6 +216,8 @@ def _loop_flags(trace: Trace, loops: Loops | None) -> Iterator[TraceFlag]:
         return
     if loops.state:
         yield TraceFlag(f"loop_{loops.state}", {"ratio": loops.numbers["energy_ratio"].value, "least": SLIDES_FROM})
+    if loops.stretching > MIDDLE[0]:
+        yield TraceFlag("short_stroke", {"share": loops.stretching, "middle": MIDDLE[0]})
     if loops.rigid:
         yield TraceFlag("as_stiff_as_rig", {})
     if loops.begins_at_rest:

@@ -245,6 +245,17 @@ def test_a_contact_of_mindlin_slips_in_part(share: float) -> None:
         assert 0.92 * stiffness < each.numbers["contact_stiffness"].value < 1.01 * stiffness
 
 
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.7])
+def test_friction_at_mid_stroke_is_that_of_a_contact_which_slides_by_then(share: float) -> None:
+    """The first `share` of each stroke stretches the spring."""
+    position = sine(5.0)
+    force = elastic_slider(position, FRICTION / (share * AMPLITUDE), FRICTION)
+    found = loops_of(position, force, 5)
+    assert found.stretching == pytest.approx(share, abs=0.01)
+    assert ("mid_stroke_friction" in found.numbers) == (share < 0.4)
+    assert found.numbers["turn_friction"].value == pytest.approx(FRICTION, rel=0.01)
+
+
 def test_a_spring_sticks() -> None:
     assert loops_of(sine(5.0), 800.0 * sine(5.0), 2).state == "sticks"
 
