@@ -46,8 +46,8 @@ ORDER = {
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures",
     "nanoslip.study.accuracy": "effects task_times deciding spending setup diagram operators records measurement",
-    "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer trace"
-    " traces cli",
+    "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer"
+    " computed_loops trace traces cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 
@@ -65,6 +65,7 @@ HOMES = {
         "nanoslip.study.figures",
         "nanoslip.study.inference",
         "nanoslip.study.api",
+        "nanoslip.study.commands.computed_loops",
         "nanoslip.study.commands.answering",
         "nanoslip.study.commands.datasets",
         "nanoslip.study.commands.infer",

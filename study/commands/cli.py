@@ -405,7 +405,9 @@ READING = (
     "traces:show_traces",
     click.argument("words", nargs=-1, required=True, type=click.Path(), metavar="TEXT_FILE... [KEY=VALUE]..."),
     *READING,
-    click.option("--over", type=CAMPAIGN_PATH, help="Lay it over the drive of this CAMPAIGN, and compare numbers."),
+    click.option(
+        "--over", type=CAMPAIGN_PATH, help="Lay it over a drive or loops of this CAMPAIGN, and compare numbers."
+    ),
     click.option("-o", "--picture", type=NEW_FILE, help="Draw it into this file (.png, .pdf, .svg), too."),
     click.option("--events", type=NEW_FILE, help="Write each fall of the force into this file (CSV), too."),
     JSON,
@@ -418,7 +420,7 @@ def trace() -> None:
     Steady sliding gives μ_k alone; strokes to and fro give half their difference, without their common drift. A
     column of positions that turn gives loops: energy of a cycle, friction at mid-stroke and at turns, stiffness and
     slip amplitude. With --over, KEY=VALUE select a computed drive of CAMPAIGN, whose first slip is drawn at the time
-    of the first slip in TEXT_FILE.
+    of the first slip in TEXT_FILE; loops are drawn over those of a drive with stage_stroke, or of strokes of a path.
 
     Several files are rows of one table. Where their loads differ, friction over load is a line: slope, intercept,
     correlation, and -o draws it. --events writes time, size, recurrence and stiffness of each fall of the force, and

@@ -12,6 +12,7 @@ import xarray as xr
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import InvalidInput, quote_value
 from nanoslip.solver.view import with_error
+from nanoslip.study.commands.computed_loops import ComputedLoops, read_computed_loops
 from nanoslip.study.commands.datasets import assignments, error_message, find_dataset
 from nanoslip.study.commands.plans import plural, print_json
 from nanoslip.study.commands.reading import lines_left_out, parse_option, separation
@@ -158,13 +159,16 @@ class TraceReading(NamedTuple):
         """Velocity of the stage in m/s; NaN where it is not given. Raises Refusal."""
         return parse_option("velocity", self.velocity, "m s-1", positive=True)
 
+    def rig_stiffness(self) -> float:
+        """Stiffness of the machine in N/m; infinite where it is not given. Raises Refusal."""
+        rig = parse_option("rig", self.rig, "N m-1", positive=True)
+        return math.inf if math.isnan(rig) else rig
+
     def numbers(self, file: Path) -> tuple[Trace, float, TraceNumbers]:
         """The trace, its load and its numbers. Raises Refusal."""
         try:
             trace, load, velocity = self.trace(file)
-            rig = parse_option("rig", self.rig, "N m-1", positive=True)
-            stiffness = math.inf if math.isnan(rig) else rig
-            found = measure_trace(trace, load, velocity, self.damping, stiffness)
+            found = measure_trace(trace, load, velocity, self.damping, self.rig_stiffness())
             return trace, load, found
         except InvalidInput as error:
             raise Refusal(f"{file}: {error}") from None
@@ -195,21 +199,28 @@ def show_trace(
         raise Refusal('--over: needs --load, as "100 N": computed forces are shares of the load')
     if parameters and not over:
         raise Refusal(f"{parameters[0]}: needs --over CAMPAIGN, whose case it selects")
-    computed = _of_drive(over, parameters) if over else None
+    computed, loops = None, None
+    if over and found.loops:
+        loops = _computed_loops(over, parameters, _known_load(trace, weight), reading.rig_stiffness())
+    elif over:
+        computed = _of_drive(over, parameters)
     series = TraceSeries.of({file.name: trace}, {file.name: weight}, reading) if events else None
     if as_json:
         distributions = {"events": as_mapping(series.numbers)} if series else {}
-        print_json({**json_of_trace(trace, found), **distributions})
+        beside = {"computed": as_mapping(loops.numbers)} if loops else {}
+        print_json({**json_of_trace(trace, found), **beside, **distributions})
     else:
         note(_as_read(trace))
-        print_table(number_table(found.numbers, computed))
+        print_table(loop_table(found.numbers, loops.numbers) if loops else number_table(found.numbers, computed))
+        if loops:
+            print_sentences(_loop_sentences(loops, _known_load(trace, weight)))
         if series:
             print_table(number_table(series.numbers))
         print_sentences(map(sentence, found.flags))
         if "static_friction" in found.numbers and trace.unit == "N" and math.isnan(weight):
             note('forces are in N: --load "100 N" makes them friction coefficients')
     if picture:
-        write_files({picture: draw(trace, found, weight, form, computed)})
+        write_files({picture: draw(trace, found, weight, form, computed, loops)})
         note(whole(f"written: {picture}"), stderr=as_json)
     if events and series:
         write_files({events: series.text.encode()})
@@ -285,6 +296,34 @@ def _of_drive(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
             raise Refusal(f"--over {source}: {error_message(error)}") from None
 
 
+def _known_load(trace: Trace, load: float) -> float:
+    """Normal load of a trace in N: given, or the mean of its column. Raises Refusal if neither is known."""
+    known = load if math.isfinite(load) else trace.mean_load
+    if math.isnan(known):
+        raise Refusal('--over: needs --load, as "100 N": the energy of a loop of coefficients is not known without')
+    return known
+
+
+def _computed_loops(source: Path, parameters: tuple[str, ...], load: float, rig: float) -> ComputedLoops:
+    """Loops of a computed case. Raises Refusal unless exactly one case and drive matches, and has loops."""
+    with find_dataset(source) as dataset:
+        try:
+            case = one_case(dataset, assignments(parameters))
+            return read_computed_loops(case, dict(dataset.attrs), load, rig)
+        except (KeyError, ValueError) as error:
+            raise Refusal(f"--over {source}: {error_message(error)}") from None
+
+
+def _loop_sentences(computed: ComputedLoops, load: float) -> Iterator[str]:
+    """What the computed column is, beside the measured one."""
+    yield "computed ± are over starts, or over strokes of a single one; numbers without ± are of the start that is drawn"
+    loads = [f"{each:.3g} N" for each in (load, computed.load)]
+    if loads[0] != loads[1]:
+        yield f"measured at {loads[0]}, computed at {loads[1]}: energies, stiffness and lengths are those of different loads"
+    if computed.of_path and not computed.machine:
+        yield "the pin of a path is moved itself: without --rig the measured loop is that of contact and machine together"
+
+
 def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:
     """A number of a computed drive. Kinetic friction of a periodic trace is compared with the drive's mean force over
     time."""
@@ -296,15 +335,32 @@ def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:
     return with_error(value, float(computed[error])) if error in computed else f"{value:.4g}"
 
 
+def loop_table(numbers: Mapping[str, Measured], computed: Mapping[str, Measured]) -> Table:
+    """Numbers of a trace beside those of computed loops: first those that both have."""
+    names = [name for name in numbers if name in computed]
+    names += [name for name in numbers if name not in computed]
+    rows = []
+    for name in names:
+        measured = numbers[name]
+        written_unit = "" if measured.unit == "1" else as_written(measured.unit)
+        beside = _with_known_error(computed[name]) if name in computed else "–"
+        rows.append((name, _with_known_error(measured), beside, written_unit))
+    return Table(("number", "measured ±", "computed ±", "unit"), tuple(rows))
+
+
+def _with_known_error(number: Measured) -> str:
+    value, error, count, _ = number
+    return with_error(value, error) if count > 1 or math.isfinite(error) else f"{value:.4g}"
+
+
 def number_table(numbers: Mapping[str, Measured], computed: xr.Dataset | None = None) -> Table:
     """Numbers of a trace, a row each, beside those of a computed drive."""
     rows = []
     is_periodic = "mean_force" in numbers
-    for name, (value, error, count, unit) in numbers.items():
-        known = with_error(value, error) if count > 1 or math.isfinite(error) else f"{value:.4g}"
-        values = plural(count, "value") if count else "given"
-        written_unit = "" if unit == "1" else as_written(unit)
-        row = [name, TRACE_SYMBOLS.get(name, ""), known, written_unit, values]
+    for name, number in numbers.items():
+        values = plural(number.of, "value") if number.of else "given"
+        written_unit = "" if number.unit == "1" else as_written(number.unit)
+        row = [name, TRACE_SYMBOLS.get(name, ""), _with_known_error(number), written_unit, values]
         if computed is not None:
             row.append(_beside(computed, name, is_periodic))
         rows.append(tuple(row))
@@ -314,7 +370,14 @@ def number_table(numbers: Mapping[str, Measured], computed: xr.Dataset | None = 
     return Table(tuple(header), tuple(rows))
 
 
-def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr.Dataset | None = None) -> bytes:
+def draw(
+    trace: Trace,
+    found: TraceNumbers,
+    load: float,
+    form: str,
+    computed: xr.Dataset | None = None,
+    computed_loops: ComputedLoops | None = None,
+) -> bytes:
     """Draw the trace with its closed form, and a computed drive whose first slip is at the same time; below, a cycle or loops.
 
     Forces of both signs are drawn less offset and drift, with their strokes shaded and lines of both signs.
@@ -349,14 +412,40 @@ def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr
             limits = (force[shown].min() - room, force[shown].max() + room)
             panels[1].set(xlim=(middle.at[0], middle.at[-1]), ylim=limits)
         elif found.loops is not None:
-            look = {"linewidth": 0.5, "color": shared.COLORS[5]}
-            panels[1].plot(found.loops.position * 1e6, found.loops.force, **look)
-            _draw_levels(panels[1], found)
-            panels[1].set(xlabel="position (µm)", ylabel=_less(label, found))
+            _draw_loops(panels[1], found, computed_loops)
+            panels[1].set_ylabel(_less(label, found))
         along = "time (s)" if trace.over == "time" else "displacement (m)"
         panels[0 if found.loops is not None and not middle else -1].set_xlabel(along)
         shared.legend(figure)
         return shared.image(figure, form)
+
+
+def _draw_loops(axes: Any, found: TraceNumbers, computed: ComputedLoops | None) -> None:
+    """Measured loops, and computed ones, each about the middle of its way; of a path both over the place of the contact."""
+    assert found.loops is not None
+    machine = computed.machine if computed else 0.0
+    measured = found.loops.position - machine * found.loops.force
+    if computed:
+        place = computed.loops.position
+        wide: dict[str, Any] = {"linewidth": 2.0, "color": shared.COLORS[2], "alpha": 0.6}
+        label = f"computed, {_energy_text(computed.numbers)}"
+        axes.plot(1e6 * (place - _middle(place)), computed.loops.force, label=label, **wide)
+    thin: dict[str, Any] = {"linewidth": 0.5, "color": shared.COLORS[5]}
+    label = f"measured, {_energy_text(found.numbers)}"
+    axes.plot(1e6 * (measured - _middle(measured)), found.loops.force, label=label, **thin)
+    if computed:
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    _draw_levels(axes, found)
+    axes.set_xlabel("position less F/rig (µm)" if machine else "position (µm)")
+
+
+def _energy_text(numbers: Mapping[str, Measured]) -> str:
+    energy = numbers["cycle_energy"]
+    return f"{_with_known_error(energy)} {as_written(energy.unit)} a cycle"
+
+
+def _middle(place: Floats) -> float:
+    return (float(place.max()) + float(place.min())) / 2.0
 
 
 def _draw_over_load(trace: Trace, load: Floats, found: TraceNumbers, form: str) -> bytes:
