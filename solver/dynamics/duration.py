@@ -87,23 +87,38 @@ def _end_by_far(result: DynamicsResult, drive: Drive, limit: FrictionLimit) -> b
 def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> bool:
     """False if a pin that slides steadily sticks on the repeated part of the limit; True if it slides on, or that costs too much.
 
-    Before that part friction rises from 0 to its mean over so long a way that the pin is as fast as the stage, to 1 %.
+    Before that part friction rises from 0 to its mean over so long a way that the pin is as fast as the stage, to 1 %. Then
+    its teeth grow, pass by pass, while a ringing decays: teeth met at once swing the pin up to twice as far as they do later.
     """
     first, mean, decay = limit.periodic_from, limit.steady_force, decay_rate(drive)
     # On a contact of this slope, RISING² k, a stuck pin follows the stage with kV/(k + slope) = V/(1 + RISING²).
     ramp = mean / (RISING**2 * drive.spring_stiffness)
     arrives = (ramp + mean / drive.spring_stiffness) / drive.stage_velocity
     rings = -math.log(RISING) / decay if decay else 0.0  # without a damper it may still stick later
-    forgets = arrives + limit.period / drive.stage_velocity + rings
-    # Twice the stretch after the arrival: in its second half the ringing and the start are forgotten.
-    duration = 2.0 * forgets - arrives
-    repeated = ramp + limit.edges[first:] - limit.edges[first]
-    edges = np.concatenate(([0.0], repeated))
-    slope = np.concatenate(([RISING**2 * drive.spring_stiffness], limit.slope[first:]))
+    one_pass = limit.period / drive.stage_velocity
+    teeth = len(limit.force) - first
+    if rings / one_pass * teeth > FORGETTING:
+        return True  # each tooth takes a segment
+    growing = math.ceil(rings / one_pass)
+    grown = arrives + growing * one_pass
+    forgets = grown + one_pass + rings
+    # Twice the stretch on grown teeth: in its second half the ringing and the start are forgotten.
+    duration = 2.0 * forgets - grown
+    begins = ramp + limit.period * np.arange(growing + 1)
+    share = np.arange(1, growing + 2) / (growing + 1)
+    passed = np.add.outer(begins, limit.edges[first:-1] - limit.edges[first])
+    edges = np.concatenate(([0.0], passed.ravel(), [begins[-1] + limit.period]))
     if not np.all(np.diff(edges) > 0.0) or not declared(Drive)["duration"].holds(duration):
         return True  # a pin without friction meets no ramp; one that is too long drowns the teeth
-    force = np.concatenate(([0.0], limit.force[first:]))
-    ramped = FrictionLimit(edges, force, slope, 1)
+    force = mean + np.outer(share, limit.force[first:] - mean)
+    slope = np.outer(share, limit.slope[first:])
+    rise = RISING**2 * drive.spring_stiffness
+    ramped = FrictionLimit(
+        edges,
+        np.concatenate(([0.0], force.ravel())),
+        np.concatenate(([rise], slope.ravel())),
+        1 + growing * teeth,
+    )
     trial = replace(drive, duration=duration, integrator="exact", samples=1, max_slips=None, step_limit=FORGETTING)
     motion = integrate(ramped, trial, surface_stiffness)
     sticks = motion.restick_time[motion.restick_position > ramp]

@@ -340,10 +340,15 @@ def test_an_amplitude_without_a_duration_is_that_of_two_hundred_periods(count):
     assert known >= count / 8
 
 
-@pytest.mark.parametrize("numbers", [(20, 23, 27), pytest.param(range(40), marks=pytest.mark.slow)])
+BISTABLE = (9, 14, 20, 31, 39)
+"""Of the drives below: these were seen to stick and slip for a hundred periods or more, until one slip did not end. When that
+is, the last digit decides."""
+
+
+@pytest.mark.parametrize("numbers", [(20, 23, 27, 31), pytest.param(range(40), marks=pytest.mark.slow)])
 def test_no_regime_near_the_border_of_stick_slip_changes_within_two_hundred_periods(numbers):
-    """Numbers 9, 20 and 39 stick and slip for long before one slip does not end: they have no regime, the others have theirs."""
-    chance, found = np.random.default_rng(7), []
+    """A pin that may slide for ever has no regime while it still sticks; the others have theirs from the start."""
+    chance, found = np.random.default_rng(7), set()
     for number in range(max(numbers) + 1):
         spring = STIFFNESS * 10.0 ** chance.uniform(-3.5, -1.5)
         damping_ratio = float(chance.choice([0.02, 0.05, 0.1]))
@@ -353,11 +358,10 @@ def test_no_regime_near_the_border_of_stick_slip_changes_within_two_hundred_peri
             ramp = 2.0 * PLATEAU.mean * LOAD / spring / stage
             longer = replace(drive, duration=ramp + 200.0 * 2.0 * math.pi / math.sqrt(spring))
             now, later = (count_sticks(measure_motion(RECORD, PLATEAU, each)[0], each) for each in (drive, longer))
-            found.append(now.regime)
-            assert now.regime in (None, later.regime), number
+            found.add(now.regime)
+            assert now.regime in ((None, "slides") if number in BISTABLE else (later.regime,)), number
             assert (now.regime is None) <= np.isnan([now.spring_force_amplitude, now.stick_slip_period]).all()
-    assert found.count(None) == sum(number in (9, 20, 39) for number in numbers)
-    assert {"stick_slip", "slides"} < set(found)
+    assert {"stick_slip", "slides"} <= found
 
 
 def test_a_pin_over_a_limit_that_falls_to_zero_slides():

@@ -75,10 +75,12 @@ TOLERANCE = 1e-9
 """Libraries and threads round differently, 3e-11 was seen; a change of the solver that is one moves a number further."""
 DIFFERENCE_OF = {
     **dict.fromkeys(("static_excess", "fluctuation", "plateau_drift", "plateau_stress_drift", "plateau_std"), 1.0),
+    "plateau_event_drift": 1.0,
     **dict.fromkeys(("friction_force", "initial_force"), STEADY.normal_load),
 }
-"""Number that is a difference -> size of what it is a difference of: F/W, of order one, or forces that add up to the load. If
-these are equal, only their rounding is left, which each kernel of OpenBLAS does differently."""
+"""Number that is a difference -> size of what it is a difference of: F/W, of order one, forces that add up to the load, or the
+events of halves of a plateau over their mean. If these are equal, only their rounding is left, which each kernel of OpenBLAS
+does differently."""
 
 
 def computed(label: str) -> dict[str, float]:
