@@ -15,7 +15,7 @@ from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
 from nanoslip.solver.dynamics.duration import measure_motion
-from nanoslip.solver.dynamics.integrators import Pulled, disproportion
+from nanoslip.solver.dynamics.integrators import Pull, disproportion
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.outcome import Outcome
@@ -118,10 +118,10 @@ def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None)
     return DriveResult(record, plateau, *measure_motion(record, plateau, drive, contact_pull(case, drive)))
 
 
-def contact_pull(case: Case, drive: Drive, compliance: Compliance | None = None) -> Pulled | None:
+def contact_pull(case: Case, drive: Drive, compliance: Compliance | None = None) -> Pull | None:
     """The way to pull the pin of `case` over its contact itself; None for a drive without `memory`."""
     if not drive.memory:
         return None
-    from nanoslip.solver.driven.contact_drive import pulling  # noqa: PLC0415  only where a scene calls for it
+    from nanoslip.solver.driven.contact_drive import pull_of_contact  # noqa: PLC0415  only where a scene calls for it
 
-    return pulling(case, compliance or surface_compliance(case.slab), drive)
+    return pull_of_contact(case, compliance or surface_compliance(case.slab), drive)

@@ -15,7 +15,7 @@ from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Drive, refuse_with_memory
 from nanoslip.solver.driven.kernels.drive import Frame, drive_contact
-from nanoslip.solver.dynamics.integrators import AT_REST, ONE_WAY, Pulled, outcome_of_segments, part_reached
+from nanoslip.solver.dynamics.integrators import AT_REST, ONE_WAY, Pull, outcome_of_segments, part_reached
 from nanoslip.solver.dynamics.kernels.motion import Course, Motion, PinState, Slip, Tally
 from nanoslip.solver.dynamics.kernels.steps import empty_record, make_run_result
 from nanoslip.solver.dynamics.result import BINS
@@ -41,26 +41,26 @@ class DrivenContact(NamedTuple):
     """Energy that the events dissipated, in G·L_x²·L_y."""
 
 
-def pulling(case: Case, compliance: Compliance, drive: Drive) -> Pulled:
+def pull_of_contact(case: Case, compliance: Compliance, drive: Drive) -> Pull:
     """The way to pull the pin of a case over its contact, for `nanoslip.solver.dynamics.duration.measure_motion`."""
-    return partial(_pulled, case, compliance, drive)
+    return partial(_pull, case, compliance, drive)
 
 
-def _pulled(case: Case, compliance: Compliance, drive: Drive, motion: Motion) -> tuple[Course, Outcome]:
+def _pull(case: Case, compliance: Compliance, drive: Drive, motion: Motion) -> tuple[Course, Outcome]:
     found = driven_contact(case, compliance, drive, motion)
     return found.run, found.outcome
 
 
-def legs_pulling(case: Case, compliance: Compliance, drive: Drive) -> LegsPull:
+def legs_pull_of_contact(case: Case, compliance: Compliance, drive: Drive) -> LegsPull:
     """The way to pull the pin of a case to and fro over its contact, for `measure_strokes`."""
-    return partial(_driven_legs, case, compliance, drive)
+    return partial(_pull_legs, case, compliance, drive)
 
 
-def _driven_legs(case: Case, compliance: Compliance, drive: Drive, motion: Motion) -> tuple[list[Leg], Outcome]:
-    def pulled(contact: _Contact) -> tuple[list[Leg], Outcome]:
+def _pull_legs(case: Case, compliance: Compliance, drive: Drive, motion: Motion) -> tuple[list[Leg], Outcome]:
+    def pull(contact: _Contact) -> tuple[list[Leg], Outcome]:
         return pull_to_and_fro(drive, motion, contact.pull_leg)
 
-    return _over_contact(case, compliance, drive, pulled)
+    return _pull_over_contact(case, compliance, drive, pull)
 
 
 def driven_contact(case: Case, compliance: Compliance, drive: Drive, motion: Motion) -> DrivenContact:
@@ -69,20 +69,22 @@ def driven_contact(case: Case, compliance: Compliance, drive: Drive, motion: Mot
     The spring is slack at first, the contact as it is: its friction force may be other than 0.
     """
 
-    def pulled(contact: _Contact) -> DrivenContact:
+    def pull(contact: _Contact) -> DrivenContact:
         frame = Frame(contact.start.displacement, 1.0)
         run, stop = contact.pull(motion, ONE_WAY, AT_REST, frame, drive.samples)
         end = contact_value(contact.compiled, COMPLETED)
         return DrivenContact(run, _outcome(stop, run, motion, drive), end, contact.events, contact.lost)
 
-    return _over_contact(case, compliance, drive, pulled)
+    return _pull_over_contact(case, compliance, drive, pull)
 
 
 class _BeyondWindow(Exception):
     """A node beyond a window proves to lie inside the pin."""
 
 
-def _over_contact(case: Case, compliance: Compliance, drive: Drive, pulled: Callable[["_Contact"], Driven]) -> Driven:
+def _pull_over_contact(
+    case: Case, compliance: Compliance, drive: Drive, pull: Callable[["_Contact"], Driven]
+) -> Driven:
     """A drive of a case within windows, or if they prove too narrow on the whole surface."""
     refuse_with_memory(case)
     start = initial_contact(case, compliance)
@@ -90,7 +92,7 @@ def _over_contact(case: Case, compliance: Compliance, drive: Drive, pulled: Call
     for whole in (False, True):
         contact = _Contact(case, compliance, drive, start, whole)
         try:
-            found = pulled(contact)
+            found = pull(contact)
         except _BeyondWindow:
             continue
         if not has_node_beyond_window(contact.compiled, contact_value(contact.compiled, COMPLETED)):
@@ -118,10 +120,10 @@ class _Contact:
         while True:
             compiled, left = self.compiled, motion.most_slips - len(slips)
             where = (compiled.state, compiled.constants, motion, record, pin, slip, tally)
-            pulled = drive_contact(*where, self.drive.step_limit, left, pieces, frame)
-            stop, pin, slip, tally, more, *_ = pulled
+            driven = drive_contact(*where, self.drive.step_limit, left, pieces, frame)
+            stop, pin, slip, tally, more, *_ = driven
             slips = np.concatenate((slips, more))
-            self.events, self.lost = self.events + pulled.events, self.lost + pulled.lost
+            self.events, self.lost = self.events + driven.events, self.lost + driven.lost
             if stop not in GOING_ON:
                 break
             compiled.state.scalars["pin_rate"] = 0.0  # it may next turn

@@ -17,7 +17,7 @@ import numpy as np
 from nanoslip.solver.drive import Drive, lag_time
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
-from nanoslip.solver.dynamics.integrators import Pulled, integrate
+from nanoslip.solver.dynamics.integrators import Pull, integrate
 from nanoslip.solver.dynamics.regime import RISING, count_sticks, decay_rate, start_is_forgotten
 from nanoslip.solver.dynamics.result import DynamicsResult, ending_parameter
 from nanoslip.solver.dynamics.stick_slip import Oscillator
@@ -36,9 +36,9 @@ FEWEST_SLIPS: Final = 8
 
 
 def measure_motion(
-    record: FrictionRecord, plateau: Plateau, drive: Drive, over: Pulled | None = None
+    record: FrictionRecord, plateau: Plateau, drive: Drive, pull: Pull | None = None
 ) -> tuple[DynamicsResult, FrictionCoefficients]:
-    """The motion of a drive over `record`, and its friction. over: pulls the pin over the contact itself instead.
+    """The motion of a drive over `record`, and its friction. pull: pulls the pin over the contact itself instead.
 
     Raises NoPlateauError if the record has no steady part that could be continued.
     """
@@ -46,8 +46,8 @@ def measure_motion(
     may_slide = cache(lambda: _may_slide(limit, drive, record.initial_stiffness))
 
     def lasting(duration: float | None) -> tuple[DynamicsResult, FrictionCoefficients]:
-        motion = integrate(limit, replace(drive, duration=duration), record.initial_stiffness, over)
-        if over is None and drive.duration is None and ending_parameter(motion, drive) != "max_slips":
+        motion = integrate(limit, replace(drive, duration=duration), record.initial_stiffness, pull)
+        if pull is None and drive.duration is None and ending_parameter(motion, drive) != "max_slips":
             ends = partial(_slips_end, motion, drive, limit, may_slide)
             motion = replace(motion, forgotten=start_is_forgotten(motion, drive, limit.period, ends))
         return motion, friction_coefficients(motion, record, plateau, ending_parameter(motion, drive))

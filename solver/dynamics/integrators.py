@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.drive import (
     FEWER_RESTS,
     FEWER_STEPS,
@@ -264,17 +265,17 @@ def longest(motion: Motion) -> float:
 # initial contact may have left in the record.
 
 
-Pulled = Callable[[Motion], tuple[Course, Outcome]]
+Pull = Callable[[Motion], tuple[Course, Outcome]]
 """A way to pull the pin: a run of its motion and how that ended."""
 
 
 def integrate(
-    friction_limit: FrictionLimit, drive: Drive, surface_stiffness: float, pulled: Pulled | None = None
+    friction_limit: FrictionLimit, drive: Drive, surface_stiffness: float, pull: Pull | None = None
 ) -> DynamicsResult:
     """Integrate Eq. 12 with the friction of Eq. 13-14 by the drive's integrator.
 
     surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only separates slip from stick.
-    pulled: pulls the pin over something else than the limit, which then only gives the scales of force and length.
+    pull: pulls the pin over something else than the limit, which then only gives the scales of force and length.
     Raises InvalidInput unless K > 0. All other failures are outcomes of the result.
     """
     if not 0.0 < surface_stiffness < math.inf:
@@ -282,13 +283,19 @@ def integrate(
     peak, way = peak_force(friction_limit), float(friction_limit.edges[-1])
     duration = drive.duration or estimate_duration(drive, peak, friction_limit.steady_force, surface_stiffness, way)
     motion = make_motion(friction_limit, drive, surface_stiffness, duration)
-    run, outcome = _run(friction_limit, motion, drive, pulled)
+    run, outcome = _run(friction_limit, motion, drive, pull)
     if outcome.ok and run.reached < motion.duration:  # by its slips: the same once more, spread over the time it took
         motion = motion._replace(recorded=run.reached)
-        run, outcome = _run(friction_limit, motion, drive, pulled)
+        run, outcome = _run(friction_limit, motion, drive, pull)
     time = motion.recorded * (np.arange(drive.samples + 1) / drive.samples)
+    return make_result(run, motion, time, drive.stage_velocity * time, settling_time(drive, peak), outcome)
+
+
+def make_result(
+    run: Course, motion: Motion, time: Floats, stage: Floats, settling: float, outcome: Outcome
+) -> DynamicsResult:
+    """The result of a run that ends at `motion.recorded`. time, stage: (n + 1,) of its samples; settling: time of the motion."""
     position, velocity, friction_force = run.samples.T.copy()
-    stage = drive.stage_velocity * time
     slip_time, slip_position, slip_force, restick_time, restick_position = run.slips.T.copy()
     spring_range = run.largest_spring_force - run.least_spring_force
     return DynamicsResult(
@@ -296,7 +303,7 @@ def integrate(
         position=position,
         stage=stage,
         velocity=velocity,
-        spring_force=drive.spring_stiffness * (stage - position),
+        spring_force=motion.spring * (stage - position),
         friction_force=friction_force,
         slip_time=slip_time,
         slip_position=slip_position,
@@ -309,9 +316,9 @@ def integrate(
         friction_work=run.friction_work,
         stick_velocity=motion.stick_velocity,
         presliding_length=motion.presliding,
-        settling_time=settling_time(drive, peak),
+        settling_time=settling,
         steps=run.steps,
-        end_time=float(time[-1]),
+        end_time=motion.recorded,
         spring_force_range=spring_range if math.isfinite(spring_range) else math.nan,
         outcome=outcome,
     )
@@ -347,13 +354,13 @@ def make_motion(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: 
     )
 
 
-def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive, pulled: Pulled | None) -> tuple[Course, Outcome]:
+def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive, pull: Pull | None) -> tuple[Course, Outcome]:
     """The motion by the drive's method, and how it ended; nothing where rounding would drown it."""
     outcome = rounding_outcome(friction_limit, motion)
     if not outcome.ok:
         return nothing(drive.samples), outcome
-    if pulled is not None:
-        return pulled(motion)
+    if pull is not None:
+        return pull(motion)
     teeth = ToothTable(friction_limit.edges, friction_limit.force, friction_limit.slope, friction_limit.periodic_from)
     method: Method = drive.integrator
     return method.run(teeth, motion, drive)

@@ -18,7 +18,13 @@ import numpy as np
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.drive import SINE_PIECES, Drive, settling_time
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
-from nanoslip.solver.dynamics.integrators import make_motion, outcome_of_segments, peak_force, rounding_outcome
+from nanoslip.solver.dynamics.integrators import (
+    make_motion,
+    make_result,
+    outcome_of_segments,
+    peak_force,
+    rounding_outcome,
+)
 from nanoslip.solver.dynamics.kernels.motion import Course, Motion, PinState, ToothTable
 from nanoslip.solver.dynamics.kernels.steps import integrate_exactly
 from nanoslip.solver.dynamics.result import BINS, LEG_WORDS, DynamicsResult, LegWord, StageLegs, StageLoops
@@ -175,7 +181,7 @@ def _make_leg(run: Course, motion: Motion, pieces: Floats, sign: int, begin: flo
     )
 
 
-class _OverRecord:
+class _RecordByLegs:
     """A record that is met leg by leg."""
 
     def __init__(self, limit: FrictionLimit, drive: Drive) -> None:
@@ -183,12 +189,12 @@ class _OverRecord:
         self.phase = 0.0
         """Way slid so far along the part that repeats, less whole periods."""
 
-    def pull(self, motion: Motion, later: Floats, pin: PinState, sign: int, samples: int) -> tuple[Course, Outcome]:
+    def pull_leg(self, motion: Motion, later: Floats, pin: PinState, sign: int, samples: int) -> tuple[Course, Outcome]:
         """Pull the pin along a leg."""
         level = max(abs(pin.friction_force), self.limit.steady_force)
         # Without the level, F would drop at a turn to what the first tooth begins with.
         way = max(pin.position, 0.0) + (level - pin.friction_force) / motion.surface_stiffness
-        teeth = teeth_from(self.limit, self.phase, way, level)
+        teeth = leg_teeth(self.limit, self.phase, way, level)
         run = integrate_exactly(teeth, motion, samples, BINS, self.drive.step_limit, None, pin, later, True)
         whole = motion._replace(duration=motion.recorded)
         slid = float(run.samples[:, 0].max()) - way
@@ -196,7 +202,7 @@ class _OverRecord:
         return run, outcome_of_segments(run, whole, self.drive.step_limit)
 
 
-def teeth_from(limit: FrictionLimit, phase: float, way: float, level: float) -> ToothTable:
+def leg_teeth(limit: FrictionLimit, phase: float, way: float, level: float) -> ToothTable:
     """The teeth of a leg: level on its first `way`, then the part of a limit that repeats, from `phase` on."""
     first = limit.periodic_from
     edges = limit.edges[first:] - limit.edges[first]
@@ -232,9 +238,9 @@ LegsPull = Callable[[Motion], tuple[list[Leg], Outcome]]
 
 
 def measure_strokes(
-    record: FrictionRecord, plateau: Plateau, drive: Drive, over: LegsPull | None = None
+    record: FrictionRecord, plateau: Plateau, drive: Drive, pull: LegsPull | None = None
 ) -> StageMotion:
-    """The motion of a drive with a stroke over `record`, and its loops. over: pulls the pin over the contact itself instead.
+    """The motion of a drive with a stroke over `record`, and its loops. pull: pulls the pin over the contact itself instead.
 
     Raises NoPlateauError if the record has no steady part that could be continued.
     """
@@ -242,14 +248,17 @@ def measure_strokes(
     motion = make_motion(limit, drive, record.initial_stiffness, drive.stroke_duration)
     outcome, legs = rounding_outcome(limit, motion), list[Leg]()
     if outcome.ok:
-        legs, outcome = over(motion) if over else pull_to_and_fro(drive, motion, _OverRecord(limit, drive).pull)
+        legs, outcome = pull(motion) if pull else pull_to_and_fro(drive, motion, _RecordByLegs(limit, drive).pull_leg)
     numbers = leg_numbers(legs, motion.presliding, record.highest_force)
     loops = _NO_LOOPS
     if outcome.ok:
         sliding_stroke = 4.0 * limit.steady_force * (1.0 / drive.spring_stiffness + 1.0 / record.initial_stiffness)
         loops = stage_loops(legs, numbers, sliding_stroke, damped=drive.damping_ratio > 0.0)
         outcome = _remark(loops, drive)
-    result = _motion_result(legs, drive, motion, settling_time(drive, peak_force(limit)), outcome)
+    run, stage = _join_legs(legs, drive)
+    time = drive.cycles_duration * (np.arange(drive.output_times + 1) / drive.output_times)
+    settling = settling_time(drive, peak_force(limit))
+    result = make_result(run, motion._replace(recorded=run.reached), time, stage, settling, outcome)
     return StageMotion(result, loops, numbers, outcome)
 
 
@@ -312,14 +321,14 @@ def stage_loops(legs: Sequence[Leg], numbers: StageLegs, sliding_stroke: float, 
 def _remark(loops: StageLoops, drive: Drive) -> Outcome:
     """`COMPLETED`, with a remark on what a stroke cannot show."""
     assert drive.stage_stroke is not None
+    if loops.turn_delay > LATE:
+        message = f"the pin turns {loops.turn_delay:.0%} of a leg after the stage: forces there are inertia; lower stage_velocity"
+        return Outcome(Ending.COMPLETED, message, cause="late_turn")
     longer = loops.sliding_stroke / drive.stage_stroke
     # Half of the stroke then stretches spring and contact by less than friction does.
     if longer >= 2.0 and loops.leg_regime == "partial_slip" and not drive.memory:
         message = "the pin does not slide, and over a record a contact that does not slide loses nothing: memory = true"
         return Outcome(Ending.COMPLETED, message, cause="elastic_record")
-    if loops.turn_delay > LATE:
-        message = f"the pin turns {loops.turn_delay:.0%} of a leg after the stage: forces there are inertia; lower stage_velocity"
-        return Outcome(Ending.COMPLETED, message, cause="late_turn")
     if math.isnan(loops.midstroke_friction):
         message = "the pin does not slide by the middle of the stroke, so there is no friction at mid-stroke"
         if longer > 1.0:
@@ -328,49 +337,32 @@ def _remark(loops: StageLoops, drive: Drive) -> Outcome:
     return COMPLETED
 
 
-def _motion_result(
-    legs: Sequence[Leg], drive: Drive, motion: Motion, settling: float, outcome: Outcome
-) -> DynamicsResult:
-    """The motion along all legs in the frame of the slab; NaN beyond the last one."""
+def _join_legs(legs: Sequence[Leg], drive: Drive) -> tuple[Course, Floats]:
+    """The run along all legs in the frame of the slab, and the place of the stage; NaN beyond the last leg."""
     count = drive.output_times
-    columns = np.full((5, count + 1), math.nan)
-    time = drive.cycles_duration * (np.arange(count + 1) / count)
+    samples, stage = np.full((count + 1, 3), math.nan), np.full(count + 1, math.nan)
     row, slips = 0, [np.empty((0, 5))]
     for leg in legs:
-        position, velocity, friction_force = leg.run.samples.T
-        rows = slice(row, row + len(position))
-        columns[0, rows] = leg.origin + leg.sign * position
-        columns[1, rows] = leg.origin + leg.sign * leg.stage
-        columns[2:, rows] = leg.sign * np.array([velocity, leg.spring_force, friction_force])
-        row += len(position) - 1
+        rows = slice(row, row + len(leg.stage))
+        samples[rows] = leg.sign * leg.run.samples
+        samples[rows, 0] += leg.origin
+        stage[rows] = leg.origin + leg.sign * leg.stage
+        row += len(leg.stage) - 1
         own = leg.run.slips.copy()
         own[:, [0, 3]] += leg.begin
         own[:, [1, 4]] = leg.origin + leg.sign * own[:, [1, 4]]
         slips.append(own)
-    slip_time, slip_position, slip_force, restick_time, restick_position = np.concatenate(slips).T.copy()
-    position, stage, velocity, spring_force, friction_force = columns
-    later = spring_force[count // 2 : row + 1]
-    return DynamicsResult(
-        time=time,
-        position=position,
-        stage=stage,
-        velocity=velocity,
-        spring_force=spring_force,
-        friction_force=friction_force,
-        slip_time=slip_time,
-        slip_position=slip_position,
-        slip_force=slip_force,
-        restick_time=restick_time,
-        restick_position=restick_position,
+    later = drive.spring_stiffness * (stage - samples[:, 0])[count // 2 : row + 1]
+    course = Course(
+        reached=math.fsum(leg.duration for leg in legs),
+        steps=sum(leg.run.steps for leg in legs),
+        samples=samples,
+        impulse=np.full(BINS + 1, math.nan),
+        slips=np.concatenate(slips),
         micro_slips=sum(leg.run.micro_slips for leg in legs),
         micro_travel=math.fsum(leg.run.micro_travel for leg in legs),
-        binned_force=np.full(BINS, math.nan),
-        spring_force_range=float(np.ptp(later)) if len(later) else math.nan,
         friction_work=math.fsum(leg.run.friction_work for leg in legs),
-        stick_velocity=motion.stick_velocity,
-        settling_time=settling,
-        presliding_length=motion.presliding,
-        end_time=math.fsum(leg.duration for leg in legs),
-        steps=sum(leg.run.steps for leg in legs),
-        outcome=outcome,
+        least_spring_force=later.min(initial=math.inf),
+        largest_spring_force=later.max(initial=-math.inf),
     )
+    return course, stage

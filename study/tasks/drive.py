@@ -138,10 +138,10 @@ class _Pulling:
         if self.task.ensemble.within is not None and number == PAIRS:
             self._leave_out()
         if number < len(self.records):
-            pulled = self.records[number]
+            recorded = self.records[number]
         else:
-            pulled = _slide_member(case, task_compliance(self.task, self.inputs), self.task.ensemble)
-        found = self._pulled(case, pulled, self.drive)
+            recorded = _slide_member(case, task_compliance(self.task, self.inputs), self.task.ensemble)
+        found = self._pull(case, recorded, self.drive)
         if number < PAIRS:
             self.whole.append(found)
         elif self.drive is not task_drive(self.task):
@@ -152,8 +152,8 @@ class _Pulling:
 
     def coarse_member(self, case: Case, compliance: "Compliance") -> Member:
         """The motion of a member on another grid, with all effects."""
-        pulled = _slide_member(case, compliance, self.task.ensemble)
-        return self._pulled(case, pulled, task_drive(self.task))
+        recorded = _slide_member(case, compliance, self.task.ensemble)
+        return self._pull(case, recorded, task_drive(self.task))
 
     def _leave_out(self) -> None:
         """First effect whose omission changes the first members' numbers by less than half of the target."""
@@ -162,27 +162,27 @@ class _Pulling:
             if effect.there(everything):
                 without = effect.without(everything)
                 alone = task_case(self.task)  # what is spared is no effect of a contact that is pulled over itself
-                fewer = [self._pulled(alone, pulled, without) for pulled in self.records[:PAIRS]]
+                fewer = [self._pull(alone, recorded, without) for recorded in self.records[:PAIRS]]
                 error = largest_change(KIND, ensemble, fewer, self.whole)
                 if error <= 0.5 * (ensemble.within or 0.0):
                     self.drive, self.left_out = without, LeftOut(effect.name, error)
                     return
 
-    def _pulled(self, case: Case, pulled: Recorded, drive: Drive) -> Member:
+    def _pull(self, case: Case, recorded: Recorded, drive: Drive) -> Member:
         from nanoslip.solver.dynamics.duration import measure_motion  # noqa: PLC0415
 
-        record, plateau = pulled
+        record, plateau = recorded
         if not record.outcome.usable:
             return Member((), record.outcome)
         if drive.stage_stroke is not None:
-            return self._pulled_to_and_fro(case, pulled, drive)
+            return self._pull_to_and_fro(case, recorded, drive)
         try:
-            over = None
+            pull = None
             if drive.memory:
-                from nanoslip.solver.driven.contact_drive import pulling  # noqa: PLC0415  few scenes call for it
+                from nanoslip.solver.driven.contact_drive import pull_of_contact  # noqa: PLC0415  few scenes call for it
 
-                over = pulling(case, task_compliance(self.task, self.inputs), drive)
-            motion, coefficients = measure_motion(record, plateau, drive, over)
+                pull = pull_of_contact(case, task_compliance(self.task, self.inputs), drive)
+            motion, coefficients = measure_motion(record, plateau, drive, pull)
         except SolverError as error:
             return Member((), error.outcome)
         fit = fit_stick_slip(motion, drive, record.normal_load) if self.task.fitted else None
@@ -200,18 +200,18 @@ class _Pulling:
         repetitions = repetition_numbers(motion, count, plateau)
         return Member(values, outcome, plateau=plateau, halves=halves, repetitions=repetitions)
 
-    def _pulled_to_and_fro(self, case: Case, pulled: Recorded, drive: Drive) -> Member:
+    def _pull_to_and_fro(self, case: Case, recorded: Recorded, drive: Drive) -> Member:
         """The motion of a stage that goes to and fro, by modules that other drives do without."""
         from nanoslip.solver.dynamics.to_and_fro import measure_strokes  # noqa: PLC0415
 
-        record, plateau = pulled
+        record, plateau = recorded
         try:
-            over = None
+            pull = None
             if drive.memory:
-                from nanoslip.solver.driven.contact_drive import legs_pulling  # noqa: PLC0415
+                from nanoslip.solver.driven.contact_drive import legs_pull_of_contact  # noqa: PLC0415
 
-                over = legs_pulling(case, task_compliance(self.task, self.inputs), drive)
-            found = measure_strokes(record, plateau, drive, over)
+                pull = legs_pull_of_contact(case, task_compliance(self.task, self.inputs), drive)
+            found = measure_strokes(record, plateau, drive, pull)
         except SolverError as error:
             return Member((), error.outcome)
         return Member((found.motion, found.loops, found.legs), found.outcome, plateau=plateau)

@@ -9,7 +9,7 @@ from nanoslip.solver.case import Case, Effects, Heterogeneity, Interface, SlipRu
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.driven import contact_drive
-from nanoslip.solver.driven.contact_drive import driven_contact, pulling
+from nanoslip.solver.driven.contact_drive import driven_contact, pull_of_contact
 from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.friction_limit import friction_limit_of
 from nanoslip.solver.dynamics.integrators import RK4, integrate
@@ -56,7 +56,7 @@ def test_a_pin_that_never_turns_meets_its_record(scheme):
     stiffest = 1.001 * max(float(limit.slope.max()), record.initial_stiffness)
     over_record = integrate(limit, Drive.from_si(**ONE_WAY), stiffest)
     drive = Drive.from_si(**ONE_WAY, memory=True)
-    over_contact = integrate(limit, drive, stiffest, pulling(case, surface_compliance(case.slab), drive))
+    over_contact = integrate(limit, drive, stiffest, pull_of_contact(case, surface_compliance(case.slab), drive))
     assert over_contact.outcome.ok
     assert over_record.position[-1] > 5 * record.presliding_length
     np.testing.assert_allclose(over_contact.position, over_record.position, atol=1e-12 * over_record.position[-1])
@@ -158,7 +158,7 @@ def test_contacts_that_cannot_be_followed_are_refused(changes, key):
     drive = Drive.from_si(duration=0.01, memory=True)
     record = slide(case_of(), surface_compliance(case.slab))
     with pytest.raises(InvalidInput) as refused:
-        measure_motion(record, plateau_of(record), drive, pulling(case, surface_compliance(case.slab), drive))
+        measure_motion(record, plateau_of(record), drive, pull_of_contact(case, surface_compliance(case.slab), drive))
     assert (refused.value.key, list(refused.value.beside)) == ("memory", [key])
 
 

@@ -9,9 +9,9 @@ import pytest
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.closed_forms import MindlinLoops
 from nanoslip.solver.drive import Drive, Scales
-from nanoslip.solver.driven.contact_drive import legs_pulling
+from nanoslip.solver.driven.contact_drive import legs_pull_of_contact
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit
-from nanoslip.solver.dynamics.to_and_fro import measure_strokes, teeth_from
+from nanoslip.solver.dynamics.to_and_fro import leg_teeth, measure_strokes
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.sliding.plateau import plateau_of
@@ -158,6 +158,16 @@ def test_below_sliding_a_record_loses_nothing_and_says_so(record):
     assert math.isnan(found.loops.midstroke_friction)
 
 
+def test_a_pin_too_heavy_for_its_stroke_has_a_loop_of_inertia_not_of_an_elastic_record(record):
+    """A leg has passed before the pin has set out: its loop has an area, and no remark denies it."""
+    drive = stroke_of(record, 4e-4, 0.3, damping_ratio=1.0, stage_velocity=1e-3)
+    found = measure_strokes(record, plateau_of(record), drive)
+    assert found.outcome.ok
+    assert found.loops.turn_delay > 0.1
+    assert found.loops.loop_energy > 0.0
+    assert found.outcome.cause == "late_turn"
+
+
 def test_a_stroke_too_short_to_slide_at_its_middle_has_no_friction_there(record):
     drive = stroke_of(record, 0.8, 0.3, damping_ratio=1.0)
     found = measure_strokes(record, plateau_of(record), drive)
@@ -170,7 +180,7 @@ def test_a_leg_meets_the_repeated_part_from_where_the_last_one_left_it():
     """What F̃ gives over a whole period is the same from any phase, and at each place that of the limit itself."""
     limit = FrictionLimit(np.array([0.0, 0.1, 0.3, 0.7]), np.array([1.0, 2.0, 1.5]), np.array([0.0, 1.0, 0.5]), 1)
     for phase in (0.0, 0.15, 0.21, 0.55):
-        teeth = teeth_from(limit, phase, 0.25, 3.0)
+        teeth = leg_teeth(limit, phase, 0.25, 3.0)
         assert teeth.force[0] == 3.0
         assert teeth.edges[-1] - teeth.edges[teeth.periodic_from] == pytest.approx(limit.period)
         middles = 0.5 * (teeth.edges[1:-1] + teeth.edges[2:])
@@ -183,7 +193,7 @@ def test_a_stick_slip_stage_over_its_contact_and_over_its_record_lose_about_the_
     drive = stroke_of(record, 1.5, 0.3, profile="sawtooth", damping_ratio=1.0, stage_velocity=1e-5, stage_cycles=2)
     over_record = measure_strokes(record, plateau_of(record), drive)
     memory = replace(drive, memory=True)
-    pull = legs_pulling(CASE, surface_compliance(CASE.slab), memory)
+    pull = legs_pull_of_contact(CASE, surface_compliance(CASE.slab), memory)
     over_contact = measure_strokes(record, plateau_of(record), memory, pull)
     assert over_contact.outcome.ok
     assert over_contact.loops.contact_energy == pytest.approx(over_record.loops.contact_energy, rel=0.15)
@@ -219,7 +229,7 @@ def test_below_sliding_a_contact_loses_what_partial_slip_does(share, motion):
         samples=400,
         memory=True,
     )
-    found = measure_strokes(record, plateau_of(record), drive, legs_pulling(case, compliance, drive))
+    found = measure_strokes(record, plateau_of(record), drive, legs_pull_of_contact(case, compliance, drive))
     assert found.outcome.ok
     assert found.loops.contact_energy == pytest.approx(float(form.loss(form.amplitude(share))), rel=0.05)
     assert found.loops.leg_regime == "partial_slip"
