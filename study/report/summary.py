@@ -382,6 +382,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     """
     asked = _answer_columns(dataset)
     names = [name for name in (*asked, *SHOWN) if name in dataset and not _has_no_cycles(dataset, name)]
+    names = [name for name in names if name not in _OF_CYCLES or dataset[name].notnull().any()]
     columns = {name: SHOWN.get(name, symbol(name)) for name in names}
     dataset = _select_shown(dataset, columns)
     all_rows = case_rows(dataset)
@@ -710,6 +711,8 @@ SHOWN: Final = {
     "static_friction": "μ_s",
     "kinetic_friction": "μ_k",
     "regime": "regime",
+    "stick_slip_period": "period (s)",
+    "spring_force_amplitude": "amplitude/W",
     CRITICAL: "V_c (m/s)",
     **{"loop_energy": "loop/(W·L_x)", "midstroke_friction": "F/W at mid-stroke"},
     **{"turn_static_friction": "μ_s at turns", "leg_regime": "legs", "pin_stroke": "pin stroke/L_x"},
@@ -735,6 +738,7 @@ SHOWN: Final = {
 }
 """Variable -> title of its column in tables of cases, on the terminal and on a page; numbers of a single case have
 this order, too. The main results come first, as a narrow terminal leaves out the last columns."""
+_OF_CYCLES: Final = ("stick_slip_period", "spring_force_amplitude")
 _OF_STAGES: Final = ("loop_energy", "midstroke_friction", "turn_static_friction")
 _ANSWER: Final = ("static_friction", "kinetic_friction", "regime", *_OF_STAGES, "leg_regime", "plateau_mean")
 _UNHURT: Final = (COMPLETED, PENDING)

@@ -98,6 +98,16 @@ def test_every_drive_of_the_axes_is_a_row_that_names_its_place() -> None:
     assert scalar_table(over_axes(), why=False).rows[4][-1] == "invalid"
 
 
+def test_the_period_of_stick_slip_is_in_the_table_where_a_drive_has_one() -> None:
+    dims, found = ("intrinsic_friction", "spring_stiffness", "stage_velocity"), over_axes()
+    periods = np.full((1, 2, 3), np.nan)
+    assert "period (s)" not in scalar_table(found.assign(stick_slip_period=(dims, periods))).header
+    periods[0, 1, 2] = 0.25
+    table = scalar_table(found.assign(stick_slip_period=(dims, periods)))
+    assert table.header == ("k (N/m)", "V_o (m/s)", "μ_s", "regime", "period (s)", "outcome")
+    assert [row[4] for row in table.rows] == ["–"] * 5 + ["0.25"]
+
+
 def test_numbers_are_still_there_where_members_differ_in_their_regime_and_a_terminal_is_narrow() -> None:
     """The regime is an answer, too: it is never left out, however narrow the terminal."""
     mixed = over_axes().isel(spring_stiffness=[0], stage_velocity=[1, 2])
