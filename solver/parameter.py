@@ -96,6 +96,8 @@ class Quantity:
     """Type of a column's values while they are gathered."""
     counted: bool = False
     """True if each member has a whole number of it."""
+    source: str = ""
+    """Function that computes it, where that is the user's own, and the hash of its source."""
     si: "Quantity | None" = None
     """A second variable that gives the number in SI, or as a share of μ_i; called after it, with `_si`, without a name."""
 
@@ -177,6 +179,7 @@ def attributes(quantity: Quantity) -> dict[str, Any]:
         "symbol": quantity.symbol,
         "ancillary_variables": " ".join(filter(None, (quantity.uncertainty, quantity.members, quantity.shared_error))),
         "comment": quantity.comment,
+        "source": quantity.source,
     }
     if quantity.flags:
         more["flag_masks"] = [np.int32(1 << bit) for bit, name in enumerate(quantity.flags) if name]

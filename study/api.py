@@ -2,8 +2,9 @@
 
 import os
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,11 +24,13 @@ from nanoslip.study.dataset import access as accessor, file
 from nanoslip.study.dataset.collect import collect, dataset_hash, is_current_dataset, losses, write_state
 from nanoslip.study.dataset.file import load_dataset
 from nanoslip.study.dataset.join import join_datasets
+from nanoslip.study.dataset.variables import refuse_taken_names
 from nanoslip.study.inference.campaign import make_question
 from nanoslip.study.inference.fit import MOST_COMPUTED, Fit, Target
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import read_text
 from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.observables import KEY, Observable, stage_need
 from nanoslip.study.manifest.parameters import BETWEEN
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import files_in_campaign, load_manifest, parse_manifest
@@ -44,6 +47,7 @@ from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm, sharing
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import Program, processes_started, task_program
 from nanoslip.study.run.progress import open_progress
+from nanoslip.study.tasks.functions import load_all, read_functions
 from nanoslip.study.toml_text import as_toml
 
 AnyPath = str | os.PathLike[str]
@@ -64,6 +68,9 @@ Vary = Mapping[str, tuple[Any, Any] | None] | Iterable[str]
 Fixed = Mapping[str, Any]
 
 
+Observables = Mapping[str, Callable[..., float]]
+
+
 class Options(TypedDict, total=False):
     """Options of `run` beside the place."""
 
@@ -71,6 +78,7 @@ class Options(TypedDict, total=False):
     retry: bool
     progress: bool | None
     jobs: int
+    observables: Observables
 
 
 @overload
@@ -87,6 +95,7 @@ def run(
     retry: bool = False,
     progress: bool | None = None,
     jobs: int = 1,
+    observables: Observables = MappingProxyType({}),
     comm: Any = None,
 ) -> xr.Dataset | None:
     """Compute a campaign and return its dataset.
@@ -98,6 +107,8 @@ def run(
     retry: try failed tasks again.
     progress: print progress on standard error. None: on a terminal and in a notebook.
     jobs: processes, as `nanoslip run -j`: a task that ends its process fails alone. 1: this process itself.
+    observables: one's own numbers, beside those of the campaign: name of a variable -> function of a FrictionRecord, or of
+        this and the DynamicsResult of a drive over it; in the solver's units. Other processes (jobs, comm) import it by name.
     comm: communicator (mpi4py) whose ranks all call this and share the tasks. Rank 0 returns the dataset, the others None. Needs
         `out`, a folder that all ranks see.
 
@@ -115,7 +126,10 @@ def run(
     >>> data.initial_contact_size.dims[-1], data.outcome.values.ravel().tolist()
     ('normal_load', ['completed', 'completed'])
     """
-    plan = make_plan(read_campaign(campaign))
+    manifest = read_campaign(campaign)
+    if observables or manifest.observables:
+        manifest = with_own_numbers(manifest, read_functions(observables, apart=jobs != 1 or comm is not None))
+    plan = make_plan(manifest)
     with ExitStack() as stack:
         folder, farm = _computing(stack, out, jobs, comm)
         if not farm.root:
@@ -141,6 +155,17 @@ def run(
             return file.open_dataset(path)
         with file.open_dataset(path) as opened:
             return load_dataset(opened)
+
+
+def with_own_numbers(manifest: Manifest, numbers: tuple[Observable, ...]) -> Manifest:
+    """The manifest with these numbers beside its own, all of which can be computed. Raises ManifestError, InvalidInput."""
+    together = replace(manifest, observables=(*manifest.observables, *numbers))
+    for number in numbers:
+        need = stage_need(number, manifest.stages)
+        require(KEY, number.name, not need, need)
+    refuse_taken_names(together)
+    load_all(together)
+    return together
 
 
 def fit(

@@ -35,9 +35,9 @@ ORDER = {
     "nanoslip.study": "shipped toml_text exit_codes notices memory canonical provenance processor origin "
     "measured manifest tasks plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.measured": "units columns recording slips means cycles loops over_load events trace",
-    "nanoslip.study.manifest": "parameters vocabulary problems surface checker manifest keys reader cases",
-    "nanoslip.study.tasks": "task kind estimates compute miniature compliance contact contacts record path statistics states"
-    " drive",
+    "nanoslip.study.manifest": "parameters vocabulary problems surface observables checker manifest keys reader cases",
+    "nanoslip.study.tasks": "task kind estimates compute miniature functions compliance contact contacts record path"
+    " statistics states observables drive drive_observables",
     "nanoslip.study.plan": "plan expectations",
     "nanoslip.study.results": "files entry attempts store",
     "nanoslip.study.dataset": "texts variables content file collect table access join agreement compare verify",
@@ -204,9 +204,10 @@ APART = {
         commands.infer commands.infer.read_numbers commands.infer.read_ranges figures.frames.parse_events figures.points._values
         figures.points.points_named figures.shared.file_format measured.recording._words measured.units._pint_unit
         manifest.vocabulary.missing_physics manifest.vocabulary.key_meant
-        manifest.vocabulary.otherwise results.files.Shard.parse run.batch run.batch.parse_time_limit""",
+        manifest.vocabulary.otherwise manifest.observables.parse_reference results.files.Shard.parse run.batch run.batch.parse_time_limit""",
     "files of users": """measured.columns measured.columns._cells measured.columns._split_labels measured.columns._title
-        measured.columns.read_cells measured.columns.read_columns manifest.surface""",
+        measured.columns.read_cells measured.columns.read_columns manifest.surface manifest.checker.NamedFiles._source
+        manifest.observables.explain_docstring tasks.functions tasks.functions._imported_modules""",
     "files of this program, their names and hashes": """dataset.file dataset.table.author_coordinates
         dataset.texts dataset.texts.decode_texts dataset.texts.encode_texts manifest.checker.NamedFiles._read
         results.entry results.entry.later

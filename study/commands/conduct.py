@@ -6,7 +6,15 @@ from typing import Final
 
 import click
 
-from nanoslip.study.commands.plans import command_text, idle_lines, plan_campaign, plural, print_foreign, refusals
+from nanoslip.study.commands.plans import (
+    command_text,
+    idle_lines,
+    load_own_numbers,
+    plan_campaign,
+    plural,
+    print_foreign,
+    refusals,
+)
 from nanoslip.study.commands.words import show
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from nanoslip.study.report.console import console, note, print_sentences
@@ -39,6 +47,7 @@ def conduct(farm: Farm, campaign: Path, out: Path, shard: Shard | None, **again:
 
 def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict[str, bool]) -> int:
     plan = plan_campaign(campaign)  # what cannot be planned leaves no folder
+    load_own_numbers(plan.manifest)
     into = shard.folder(out) if shard else out
     if shard:
         plan = part(plan, shard)

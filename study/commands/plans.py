@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
@@ -74,6 +75,16 @@ def plan_campaign(campaign: Path) -> Plan:
         note(f"{whole(campaign)}: {cases} cases: planning takes {need}", stderr=True)
     with counting("{} cases planned") as count:
         return make_plan(manifest, count)
+
+
+def load_own_numbers(manifest: Manifest) -> None:
+    """Execute the files with one's own numbers of a campaign that is about to be computed. Raises ManifestError.
+
+    Only commands of somebody who computes do so: those that read results never import this.
+    """
+    if manifest.observables:
+        import_module("nanoslip.study.dataset.variables").refuse_taken_names(manifest)
+        import_module("nanoslip.study.tasks.functions").load_all(manifest)
 
 
 MANY: Final = 200_000

@@ -89,6 +89,7 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
     for campaign in campaigns:
         try:
             plan = plans.plan_campaign(campaign)
+            plans.load_own_numbers(plan.manifest)
             note(_report_counts(campaign, plan))
             sizes = [_si_sentence(plan)] if plan.manifest.stated_scales else []
             print_sentences([*_axes(plan), *sizes, *plans.idle_lines(plan), *plans.ball_lines(plan)])

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import fewest_members
-from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.solver.parameter import Quantity, attributes
 from nanoslip.solver.sliding.validity import decode_flags, encode_flags, flag_advice, predict_flags
 from nanoslip.study.canonical import content_hash
@@ -48,7 +48,7 @@ from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, cen
 from nanoslip.study.plan.plan import NOTHING_KNOWN, CaseTasks, Plan, case_outcome, drive_outcome
 from nanoslip.study.results import files
 from nanoslip.study.results.store import Store, StoreError
-from nanoslip.study.tasks.kind import KINDS, names_to_drop, task_kinds
+from nanoslip.study.tasks.kind import KINDS, names_to_drop, own_quantities, task_kinds
 from nanoslip.study.tasks.task import (
     OF_ALL,
     OF_CONTACT,
@@ -253,6 +253,8 @@ class CaseVariables:
         self._drives = math.prod(shape)
         drives = np.arange(self._drives).reshape(shape)
         self._drive_place = {label: int(drives[position]) for label, position in layout.drive_position.items()}
+        self._scalars: dict[str, list[tuple[str, Quantity]]] = {}
+        """Kind of task -> names and variables of the scalars of its results."""
         self._driven: dict[str, bool] = {}
         """Name -> whether it lies over the drives too."""
         self._quantities: dict[str, Quantity] = {}
@@ -288,6 +290,13 @@ class CaseVariables:
             self.put(ended.message.name, place, drive, outcome.message)
             self.put(ended.cause.name, place, drive, outcome.cause)
 
+    def enter_own_messages(self, place: int, keys: CaseTasks, outcomes: Mapping[str, Outcome]) -> None:
+        """Set why one's own numbers of a case, and of its drives, are missing. outcomes: of its tasks, by key."""
+        for (kind, drive), key in keys.items():
+            outcome = outcomes.get(key)
+            if kind in variables.OWN_MESSAGES and outcome and outcome.ending is not Ending.NEEDS_FAILED:
+                self.put(variables.OWN_MESSAGES[kind].name, place, drive, outcome.message)
+
     def enter_software(self, place: int, results: Results) -> None:
         """Set which software a case, and each of its drives, stems from."""
         found: dict[str, list[Origins]] = {}
@@ -302,7 +311,7 @@ class CaseVariables:
         """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""
         waiting = self._waiting[result.kind]
         if result.scalars:  # of what was refused there are none
-            waiting.append(_Row(self._place(result.kind == DRIVE, place, drive), result.scalars, by))
+            waiting.append(_Row(self._place(KINDS[result.kind].driven, place, drive), result.scalars, by))
             if result.kind in _COUNTED:
                 count = len(next(iter(result.scalars.values())))
                 self.put(_COUNTED[result.kind].name, place, drive, count)
@@ -325,9 +334,11 @@ class CaseVariables:
             self._declare(DRIVE, variables.DRIVE_MEMBERS, np.nan)
         for kind in (each for each in KINDS if each in kinds):
             apart = names_to_drop(KINDS[kind], manifest)
-            for name, quantity in scalars(kind):
-                if name in apart:
-                    continue
+            if kind in variables.OWN_MESSAGES:
+                self._declare(kind, variables.OWN_MESSAGES[kind], "")
+            stated = [*scalars(kind), *own_quantities(kind, manifest).items()]
+            self._scalars[kind] = [each for each in stated if each[0] not in apart]
+            for _, quantity in self._scalars[kind]:
                 for variable in (quantity, *quantity.beside):
                     self._declare(kind, variable, _empty_value(variable))
         for group in groups:
@@ -335,8 +346,9 @@ class CaseVariables:
 
     def _declare(self, kind: str, quantity: Quantity, fill: Any) -> None:
         """A variable, and its fill value."""
-        count = math.prod(self._layout.shape) * (self._drives if kind == DRIVE else 1)
-        self._driven[quantity.name], self._quantities[quantity.name] = kind == DRIVE, quantity
+        driven = bool(kind) and KINDS[kind].driven
+        count = math.prod(self._layout.shape) * (self._drives if driven else 1)
+        self._driven[quantity.name], self._quantities[quantity.name] = driven, quantity
         self._values[quantity.name] = np.full(count, fill, dtype=object if isinstance(fill, str) else None)
 
     def _place(self, driven: bool, place: int, drive: str) -> int:
@@ -360,8 +372,8 @@ class CaseVariables:
         places = np.array([row.place for row in rows])
         if kind == "record":
             self._as_one[places] = variables.alike_starts(found)
-        for name, quantity in scalars(kind):
-            if quantity.name == variables.VALIDITY.name or name not in found or quantity.name not in self._values:
+        for name, quantity in self._scalars[kind]:
+            if quantity.name == variables.VALIDITY.name or name not in found:
                 continue
             if quantity.words:
                 self._enter_words(quantity, places, found[name])
@@ -490,6 +502,7 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
         table.enter_outcome(place, case_outcome(plan, case, outcomes))
         for drive in manifest.drives:
             table.enter_outcome(place, drive_outcome(plan, case, drive, outcomes), drive.label)
+        table.enter_own_messages(place, keys, outcomes)
         table.enter_software(place, results)
         if case.case is not None:
             names = {name for _, name in results}
@@ -626,7 +639,7 @@ NOTE: Final = "dataset.json"
 
 def dataset_hash(manifest: Manifest, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
-    texts = (manifest.text, *manifest.files.items())
+    texts = (manifest.text, *manifest.files.items(), *[each.identity for each in manifest.observables])
     found = hashlib.sha256(content_hash(all_sources_hash(), manifest.path.name, *texts).encode())
     for key, seal in store.seals():
         found.update(f"{key} {seal}\n".encode())

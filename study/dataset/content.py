@@ -138,6 +138,7 @@ def _whole() -> set[str]:
 def _texts() -> set[str]:
     """Variables that are texts."""
     always = [variables.CASE_ID, variables.DRIVE_NAME, variables.ADVICE, *chain(*variables.OUTCOMES.values())]
+    always += variables.OWN_MESSAGES.values()
     words = [quantity for quantity in _scalars() if quantity.words]
     ids = [group.id for group in variables.all_groups().values()]
     return {variable.name for variable in (*always, *words, *ids)}

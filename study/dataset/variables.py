@@ -28,9 +28,19 @@ from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
+from nanoslip.study.manifest.observables import KEY
 from nanoslip.study.manifest.parameters import UNITS, spellings, with_symbol
+from nanoslip.study.manifest.problems import ManifestError, Place, Problem
 from nanoslip.study.origin import Origin
-from nanoslip.study.tasks.kind import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, member_column, result_quantities
+from nanoslip.study.tasks.kind import (
+    ACROSS,
+    KINDS,
+    MEMBER,
+    MEMBER_OUTCOME,
+    member_column,
+    own_quantity,
+    result_quantities,
+)
 from nanoslip.study.tasks.task import PENDING, TaskResult
 
 
@@ -183,6 +193,15 @@ OUTCOMES: Final = {
 }
 """Variables of the ending, by kind of task ("": all before the drives)."""
 
+_ERRORS: Final = "errors of one's own functions"
+OWN_MESSAGES: Final = {
+    "observables": Quantity("observables_message", _ERRORS, "", comment="numbers of the record; empty if none failed"),
+    "drive_observables": Quantity(
+        "drive_observables_message", _ERRORS, "", comment="numbers of the drive; empty if none failed"
+    ),
+}
+"""Kind of task -> variable with the errors of functions that failed."""
+
 MEMBERS: Final = Quantity(
     "members", "members computed", comment="independent starts of the case; means are over members with a value"
 )
@@ -308,6 +327,43 @@ def variables_by_name() -> dict[str, Described]:
     return {each.name: each for each in reversed(list(_all(beside=True)))}
 
 
+# One's own numbers, which a campaign declares: a dataset's attributes say what they are.
+
+
+def own_numbers(dataset: xr.Dataset) -> list[str]:
+    """One's own numbers in a dataset."""
+    return [str(name) for name, each in dataset.data_vars.items() if "source" in each.attrs]
+
+
+def own_variables(dataset: xr.Dataset) -> list[str]:
+    """One's own numbers in a dataset, with their ±, counts of members, and messages."""
+    found = [each.name for each in OWN_MESSAGES.values()]
+    for name in own_numbers(dataset):
+        found += [name, *[each.name for each in Quantity(name, name, ensemble=True).beside]]
+    return [name for name in found if name in dataset]
+
+
+def own_messages(dataset: xr.Dataset) -> list[str]:
+    """Messages on one's own numbers of a single case, and of its drive."""
+    found = [dataset[each.name] for each in OWN_MESSAGES.values() if each.name in dataset]
+    return [str(each.item()) for each in found if not each.dims and each.item()]
+
+
+def refuse_taken_names(manifest: Manifest) -> None:
+    """Raise ManifestError if one's own number has the name of another variable or dimension of a dataset."""
+    samples = [sample for group in all_groups().values() for sample in group.samples]
+    taken = {*variables_by_name(), *all_groups(), *samples, "case"}
+    taken |= {each.name for number in manifest.observables for each in own_quantity(number).beside}
+    problems = []
+    for number in manifest.observables:
+        if number.name in taken:
+            need = f"another name: {number.name} is another variable of datasets (nanoslip describe {number.name})"
+            problems.append(Problem(Place(str(manifest.path), "outputs"), KEY, number.reference, need))
+        taken.add(number.name)
+    if problems:
+        raise ManifestError(problems)
+
+
 def explain_word(name: str) -> str:
     """Meaning of a flag, of an ending or of a regime, with advice, as a line; empty of another name."""
     meanings: dict[str, str] = {each.name: f"{each.meaning}; {each.advice}" for each in FLAGS}
@@ -340,7 +396,8 @@ def _all(beside: bool = False) -> Iterator[Described]:
     yield from _describe_all("the case", CASES, (CASE_ID, *OUTCOMES[""], ADVICE, MEMBERS))
     for kind in KINDS:
         head = (*OUTCOMES[DRIVE], DRIVE_MEMBERS) if kind == DRIVE else ()
-        dims = f"{CASES}, drive" if kind == DRIVE else CASES
+        dims = f"{CASES}, drive" if KINDS[kind].driven else CASES
+        head = (*head, OWN_MESSAGES[kind]) if kind in OWN_MESSAGES else head
         around = [*head, *(quantity for _, quantity in scalars(kind))]
         if beside:
             around = [part for quantity in around for part in (quantity, *quantity.beside)]
@@ -364,6 +421,8 @@ _GROUPS = {
     "record": "the friction record",
     "path": "the path of pin and load",
     DRIVE: "the drive",
+    "observables": "one's own numbers",
+    "drive_observables": "one's own numbers of the drive",
 }
 """Kind of task -> subject of its variables."""
 _GROUP = "group "

@@ -60,7 +60,8 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     if manifest_hash(str(facts["manifest"]), beside) != facts.get("manifest_sha256"):
         changed = "manifest: not what manifest_sha256 is of, or a file that it names is not"
         raise NotVerifiableError(f"{path}: {changed}: changed after it was written")
-    manifest = parse_manifest(path, str(facts["manifest"]), beside)
+    # Nobody's functions are executed because a dataset was read.
+    manifest = replace(parse_manifest(path, str(facts["manifest"]), beside), observables=())
     if variables.SOFTWARE[0].name not in read_groups(found) or found["case_id"].size != manifest.case_count:
         size = f"{found['case_id'].size} of {manifest.case_count} cases"
         groups = ", ".join(read_groups(found)) or "none"
@@ -215,7 +216,8 @@ class Recomputed:
     def shared(self) -> list[Difference]:
         """Compare each attribute, coordinate and variable that belongs to no single case; identical ones are listed,
         too."""
-        found, again = flatten_variables(self._found), flatten_variables(self._again)
+        own = variables.own_variables(self._found)
+        found, again = flatten_variables(self._found.drop_vars(own)), flatten_variables(self._again)
         names = sorted({*found, *again})
         missing = [odd(name, "is missing") for name in names if name not in found]
         strange = [odd(name, "is in no dataset of this manifest") for name in names if name not in again]
@@ -227,7 +229,8 @@ class Recomputed:
                 words.append(compare_values(f"{kind} of {name}", np.array(word), np.array(theirs[kind])))
         for_all = [name for name in common if self._is_for_all_cases(name)]
         values = [compare_values(name, found[name].values, again[name].values) for name in for_all]
-        return [*missing, *strange, *words, *self._attributes(), *values]
+        unjudged = [Difference(name, Verdict.NOT_JUDGED, np.inf) for name in variables.own_numbers(self._found)]
+        return [*missing, *strange, *words, *self._attributes(), *values, *unjudged]
 
     def _is_for_all_cases(self, name: str) -> bool:
         """True if a variable belongs to no case and is not in a group: runs are compared with their case."""

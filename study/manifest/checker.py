@@ -1,7 +1,7 @@
 """Check the tables of a campaign file and the files that it names: known words, values in range, declared types."""
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -14,6 +14,7 @@ from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, InvalidInput
 from nanoslip.solver.parameter import Parameter, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
+from nanoslip.study.manifest.observables import KEY, Observable, find_function, parse_reference, source_files
 from nanoslip.study.manifest.parameters import (
     BETWEEN,
     SMOOTH,
@@ -510,6 +511,36 @@ class NamedFiles(Checker):
                 raise ManifestError.in_file(path, remark=str(error)) from None
 
         return self._read(read, "roughness", good["file"], number)
+
+    def observables(self, references: Sequence[str]) -> tuple[str, tuple[Observable, ...]]:
+        """One's own numbers that a campaign names, and the text of their files; those that are refused are left out."""
+        found: list[Observable] = []
+        texts: dict[str, str] = {}
+        names = source_files(references)
+        for given in references:
+            reference = parse_reference(given)
+            file = self.path.parent / reference.file
+            try:
+                if reference.file not in texts:
+                    texts[reference.file] = self._source(file, names.index(reference.file), len(names))
+                found.append(find_function(reference.name, file, texts[reference.file]))
+            except ManifestError as error:
+                remark = error.problems[0].remark
+                self.refuse(KEY, given, f"{reference.file} beside this file", remark, "outputs")
+            except InvalidInput as error:
+                self.refuse(KEY, given, error.need, table="outputs")
+        return BETWEEN.join(texts.values()), tuple(found)
+
+    def _source(self, file: Path, number: int, count: int) -> str:
+        """Text of a source, from the disk or as one of several texts beside the campaign. Raises ManifestError, InvalidInput."""
+        if self.beside is None:
+            text = read_text(file)
+            require(KEY, file.name, BETWEEN not in text, f"{file.name} without form feeds")
+            return text
+        texts = self.beside.get(KEY, "").split(BETWEEN)
+        if len(texts) != count:
+            raise ManifestError.in_file(file, remark="the text of its file is missing")
+        return texts[number]
 
     def _read(
         self, read: Callable[[Path, str | None], ReadContent], key: str, name: str, number: int | None = None

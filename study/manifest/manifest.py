@@ -25,6 +25,7 @@ from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, declared, parameter, require, validate
+from nanoslip.study.manifest.observables import REFERENCE, Observable, require_references
 from nanoslip.study.manifest.parameters import OTHER_TABLES, YOUNG, Value, as_written, field_names, span
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, quote_toml
 
@@ -245,12 +246,20 @@ class Outputs:
         meaning="displacements and stresses of all nodes inside the slab",
         comment="after those events, or initial contact",
     )
+    observables: tuple[str, ...] = parameter(
+        (),
+        meaning="one's own numbers of each record or drive",
+        comment="functions of Python files beside the campaign",
+        need=REFERENCE,
+    )
 
     def __post_init__(self) -> None:
         validate(self)
         events, need = self.tractions_at, declared(Outputs)["tractions_at"].need
         require("tractions_at", events, _increasing(events), need)
         object.__setattr__(self, "tractions_at", tuple(events))
+        if self.observables != ():
+            object.__setattr__(self, "observables", require_references(self.observables))
 
 
 @dataclass(frozen=True, slots=True)
@@ -387,6 +396,8 @@ class Manifest:
     """Authors of the campaign."""
     drives_left_out: tuple[str, ...] = ()
     """Names of the file's drives where the stages leave out `dynamics`; `drives` is empty then."""
+    observables: tuple[Observable, ...] = ()
+    """One's own numbers."""
 
     @property
     def name(self) -> str:

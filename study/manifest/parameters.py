@@ -89,7 +89,7 @@ def file_parameters() -> dict[str, Parameter]:
     return {stated.word or name: stated for name, stated in parameters_of_a_case().items() if stated.columns}
 
 
-FILE_KEYS: Final = ("table", *file_parameters())
+FILE_KEYS: Final = ("table", *file_parameters(), "observables")
 """Keys that name a file, of which a campaign consists: its hash is of their bytes, too, and a dataset holds their texts as the
 attributes manifest_<key>."""
 

@@ -65,6 +65,12 @@ from nanoslip.study.manifest.manifest import (
     TargetTable,
     drive_parameters,
 )
+from nanoslip.study.manifest.observables import (
+    KEY,
+    Observable,
+    source_files,
+    stage_need,
+)
 from nanoslip.study.manifest.parameters import (
     FILE_KEYS,
     SMOOTH,
@@ -264,8 +270,7 @@ def manifest_hash(text: str, files: Mapping[str, str]) -> str:
 
 def files_in_campaign(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
     """The files that the content of a campaign names, by the keys that name them; of an axis several."""
-    single = [key for key in FILE_KEYS if key not in file_parameters()]
-    named: dict[str, list[Any]] = {key: [campaign.get(key)] for key in single}
+    named: dict[str, list[Any]] = {"table": [campaign.get("table")]}
     for word, stated in file_parameters().items():
         tables = (campaign.get(table) for table in (stated.table, "axes"))
         given = [table[word] for table in tables if isinstance(table, Mapping) and word in table]
@@ -275,6 +280,8 @@ def files_in_campaign(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
     for key, names in named.items():
         found[key] = [str(name) for name in names if isinstance(name, str | PathLike)]
     found["roughness"] = [name for name in found["roughness"] if name != SMOOTH]
+    outputs = campaign.get("outputs")
+    found[KEY] = source_files(outputs.get(KEY)) if isinstance(outputs, Mapping) else []
     return {key: names for key, names in found.items() if names}
 
 
@@ -378,8 +385,14 @@ class _Reader(NamedFiles):
         slabs = _slabs({**fixed["numerics"], **given})
         stages = self._stages(top)
         outputs = self._outputs(top.get("outputs", {}), stages)
+        own: tuple[Observable, ...] = ()
+        if outputs.observables:
+            files[KEY], own = self.observables(outputs.observables)
         driven = read_drives(self, top, scales)
         pulled = driven if "dynamics" in stages else Drives()
+        for each in own:
+            if need := stage_need(each, stages):
+                self.refuse(KEY, each.reference, need, table="outputs")
         names = tuple(dict.fromkeys(drive.name for drive in driven.drives))
         result = Manifest(
             path=self.path,
@@ -399,6 +412,7 @@ class _Reader(NamedFiles):
             outputs=outputs,
             ensemble=_ensemble(self, top, stages, outputs.tractions),
             about=About(**self.valid("about", top.get("about", {}), About)),
+            observables=own,
         )
         self._counts(result)
         if result.paths:

@@ -14,7 +14,7 @@ from nanoslip.study.manifest.cases import CampaignCase, Heard, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest
 from nanoslip.study.origin import Origins, foreign_among
 from nanoslip.study.tasks.estimates import estimate
-from nanoslip.study.tasks.kind import KINDS, Wanted, order_by_stage
+from nanoslip.study.tasks.kind import KINDS, OWN, Wanted, order_by_stage
 from nanoslip.study.tasks.task import PENDING, Label, Task
 
 Some = TypeVar("Some")
@@ -220,6 +220,8 @@ def combine_outcomes(kind: str, outcome: Outcome | None, found: Outcome | None) 
     """
     if outcome is None or not outcome.usable:
         return outcome
+    if found is not None and kind in OWN:  # their failures are theirs alone
+        return outcome
     if found is None:
         return outcome if kind == "compliance" else None  # it is intermediate: once used it may go without being missed
     return outcome if found.usable and not outcome.ok else found
@@ -243,9 +245,13 @@ def drive_outcome(
     """Outcome of a drive, or of its case if there is no record to be driven over; None while unfinished."""
     if case.case is None or drive.drive is None:
         return case.outcome if case.case is None else drive.outcome
-    found = outcomes.get(plan.case_tasks[case.case_id].get(("drive", drive.label), ""))
+    tasks = plan.case_tasks[case.case_id]
+    found = outcomes.get(tasks.get(("drive", drive.label), ""))
     if found and found.ending is Ending.NEEDS_FAILED:  # it ended as its case did
         return case_outcome(plan, case, outcomes)
+    own = tasks.get(("drive_observables", drive.label))
+    if own is not None:
+        found = combine_outcomes("drive_observables", found, outcomes.get(own))
     return found and found.naming(key_of_duration(drive))
 
 

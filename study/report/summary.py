@@ -40,6 +40,7 @@ from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value, as_written, compact, si_text
 from nanoslip.study.plan.expectations import flag_lines
 from nanoslip.study.report.console import Table
+from nanoslip.study.tasks.kind import KINDS
 from nanoslip.study.tasks.task import PENDING
 from nanoslip.study.toml_text import from_toml
 
@@ -96,6 +97,7 @@ CRITICAL: Final = "critical_velocity"
 """Variable with the velocity of the stage above which the pin no longer sticks."""
 _SAID_APART: Final = {
     *(variable.name for outcome in variables.OUTCOMES.values() for variable in outcome),
+    *(variable.name for variable in variables.OWN_MESSAGES.values()),
     *variables.run_names(),
     variables.VALIDITY.name,
     "advice",
@@ -146,6 +148,7 @@ def ending_lines(case: xr.Dataset, brief: bool = False) -> Iterator[str]:
             continue  # its message is about numbers of this one drive, which were not asked for
         if not brief or (why and ended not in _failures(case)):
             yield ": ".join(filter(None, (label, ended, why)))
+    yield from variables.own_messages(case)
     advice = str(case["advice"].item()) if "advice" in case else ""
     if advice:
         yield f"advice: {advice}"
@@ -410,7 +413,8 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
 
 def _answer_columns(dataset: xr.Dataset) -> list[str]:
     """Columns of a table that a campaign requests: its main numbers and the regime of its drives."""
-    names = [name for name in (*main_numbers(dataset), "regime") if name in dataset]
+    asked = (*main_numbers(dataset), "regime", *variables.own_numbers(dataset))
+    names = [name for name in asked if name in dataset]
     if "static_friction" not in names or "plateau_mean" not in dataset or "plateau_mean" in names:
         return names
     # A pin that never slips has the friction of the plateau.
@@ -608,7 +612,22 @@ def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
 def cautions(dataset: xr.Dataset) -> list[str]:
     """Cautions: effects left out, missed targets, validity flags."""
     others = failure_summary(dataset, asked=False).values()
-    return [*omission_summary(dataset), *short_summary(dataset), *others, *flag_summary(dataset).values()]
+    beside = (*own_number_summary(dataset), *others)
+    return [*omission_summary(dataset), *short_summary(dataset), *beside, *flag_summary(dataset).values()]
+
+
+def own_number_summary(dataset: xr.Dataset) -> list[str]:
+    """A line for each message on one's own numbers: how many cases, or drives, have it, and the first of them."""
+    lines = []
+    for kind, variable in variables.OWN_MESSAGES.items():
+        if variable.name not in dataset:
+            continue
+        rows = case_rows(dataset, variable.name)
+        messages = rows.values(variable.name).tolist()
+        for message in dict.fromkeys(filter(None, messages)):
+            alike = [number for number, each in enumerate(messages) if each == message]
+            lines.append(f"{message}: {_where(rows, alike, 'drives' if KINDS[kind].driven else 'cases')}")
+    return lines
 
 
 def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, str]:

@@ -71,6 +71,7 @@ def _result(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     computed = kind.compute(task, inputs)
     scalars, arrays = member_numbers(kind, computed.members, scalars_only=task.scalars_only)
     kept = {} if task.scalars_only else {**computed.arrays, **arrays}
+    scalars |= computed.scalars
     ended = tuple([member.outcome for member in computed.members])
     outcome = joint_outcome(ended)
     return TaskResult(task.key, task.kind, outcome, scalars, kept, () if {outcome} == {*ended} else ended)

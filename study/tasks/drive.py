@@ -63,7 +63,7 @@ def drive_task(
     record = record_task(case, ensemble)
     own, text = own_ensemble("drive", ensemble)
     marks = list_marks(scalars=scalars_only, unfitted=not fitted, critical=critical)
-    key = task_key("drive", record.key, _key_text(drive), text, *marks)
+    key = task_key("drive", record.key, drive_text(drive), text, *marks)
     slides = own.within is not None or drive.memory
     needs = (record.key, *(compliance_needs(case.slab) if slides else ()))
     return Task(
@@ -81,7 +81,8 @@ def drive_task(
 
 
 @lru_cache(maxsize=4096)  # a campaign has few drives and many cases
-def _key_text(drive: Drive) -> CanonicalText:
+def drive_text(drive: Drive) -> CanonicalText:
+    """Canonical text of a drive, for keys."""
     settings = {item.name: getattr(drive, item.name) for item in fields(drive)}
     if drive.stage_stroke is None:  # a stage in one direction has no cycles
         settings = {name: value for name, value in settings.items() if name not in OF_A_STROKE}
@@ -92,11 +93,11 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     outputs = manifest.outputs
     bare = not (outputs.trajectory or outputs.phases)
     task = partial(drive_task, scalars_only=bare, fitted=outputs.fit, critical=outputs.critical)
-    return tuple(Wanted(task(case, drive, manifest.ensemble), label) for label, drive in _dimensionless(manifest))
+    return tuple(Wanted(task(case, drive, manifest.ensemble), label) for label, drive in dimensionless_drives(manifest))
 
 
 @cache_last
-def _dimensionless(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
+def dimensionless_drives(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
     """Label and numbers of the campaign's drives."""
     return tuple((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
 
@@ -124,7 +125,7 @@ def _estimate(task: Task) -> Estimate:
     return Estimate(task.ensemble.likely * drive_seconds(drive, case, task.fitted, task.critical), memory, numbers)
 
 
-class _Pulling:
+class Pulling:
     """A drive of a case: the first members with all effects, the others without unneeded ones."""
 
     def __init__(self, task: Task, inputs: Inputs) -> None:
@@ -154,6 +155,11 @@ class _Pulling:
         """The motion of a member on another grid, with all effects."""
         recorded = _slide_member(case, compliance, self.task.ensemble)
         return self._pull(case, recorded, task_drive(self.task))
+
+    def motion(self, number: int) -> DynamicsResult | None:
+        """The motion over a member's record with all effects; None if it has none."""
+        case = self.task.ensemble.case(task_case(self.task), number)
+        return self._pulled(case, self.records[number], task_drive(self.task)).part(DynamicsResult)
 
     def _leave_out(self) -> None:
         """First effect whose omission changes the first members' numbers by less than half of the target."""
@@ -243,7 +249,7 @@ PAIRS: Final = 2
 
 
 def _compute(task: Task, inputs: Inputs) -> Computed:
-    pulling = _Pulling(task, inputs)
+    pulling = Pulling(task, inputs)
     there = len(pulling.records)
     # Over a contact itself a drive reads the compliance of its own grid.
     alone = task_case(task).interface.contacts == 1 and not task_drive(task).memory
@@ -304,4 +310,5 @@ KIND: Final = Kind(
         Ragged("trajectory", "stage_leg", "stage_leg_row_size", _has_legs),
         Ragged("drive_ensemble", MEMBER, "drive_member_row_size", several),
     ),
+    driven=True,
 )

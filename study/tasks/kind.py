@@ -24,6 +24,7 @@ from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.study.canonical import CanonicalText, canonical_text
 from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.observables import Observable
 from nanoslip.study.tasks.task import Inputs, Task, TaskResult, task_key
 
 PartOfResult = TypeVar("PartOfResult")
@@ -103,6 +104,8 @@ class Computed:
     members: tuple[Member, ...] = ()
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     """Arrays that are in no part."""
+    scalars: Mapping[str, list[float]] = field(default_factory=dict)
+    """Scalars of all members that are in no part."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +128,8 @@ class Kind:
     ragged: tuple[Ragged, ...] = ()
     all_members: bool = False
     """True if results hold the columns of all members, which other tasks read; else the arrays of the first one."""
+    driven: bool = False
+    """True if its results belong to cases and drives."""
     require_arrays: Callable[[TaskResult], None] = lambda _: None
     """Raises ValueError for a completed result whose arrays, those of its parts aside, are of no use."""
 
@@ -132,7 +137,18 @@ class Kind:
 class Kinds(Mapping[str, Kind]):
     """Name -> kind of task, which is loaded when it is asked for: a stage each, none of which needs a later one."""
 
-    NAMES: Final = ("compliance", "contact", "contacts", "record", "path", "statistics", "states", "drive")
+    NAMES: Final = (
+        "compliance",
+        "contact",
+        "contacts",
+        "record",
+        "path",
+        "statistics",
+        "states",
+        "observables",
+        "drive",
+        "drive_observables",
+    )
 
     def __getitem__(self, name: str) -> Kind:
         if name not in self.NAMES:
@@ -175,6 +191,26 @@ def names_to_drop(kind: Kind, manifest: Manifest) -> frozenset[str]:
     """Names of the scalars and arrays of a kind's parts that a campaign does not request."""
     parts = (part for part in kind.parts if not part.wanted(manifest))
     return frozenset(name for part in parts for name in quantities(part.type, part.prefix))
+
+
+OWN: Final = {"observables": False, "drive_observables": True}
+"""Kinds of task of one's own numbers -> whether these are of drives."""
+
+
+def own_quantities(kind: str, manifest: Manifest) -> dict[str, Quantity]:
+    """Name of each of a campaign's own numbers among a kind's results -> its declaration."""
+    return {each.name: own_quantity(each) for each in own_numbers(kind, manifest)}
+
+
+def own_quantity(number: Observable) -> Quantity:
+    """Declaration of one's own number: the function knows its unit."""
+    source = f"{number.reference}, SHA-256 {number.sha256}"
+    return Quantity(number.name, number.meaning, "", ensemble=True, comment=number.comment, source=source)
+
+
+def own_numbers(kind: str, manifest: Manifest) -> tuple[Observable, ...]:
+    """A campaign's own numbers among a kind's results."""
+    return tuple(each for each in manifest.observables if each.driven is OWN.get(kind))
 
 
 def has_target(manifest: Manifest) -> bool:

@@ -74,7 +74,7 @@ def record_scalars_task(record: Task) -> Task:
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    shared = "dynamics" in manifest.stages or manifest.outputs.statistics
+    shared = _is_read_by_others(manifest)
     kept = manifest.outputs.records
     if kept or not shared:
         record = record_task(case, manifest.ensemble, scalars_only=not kept)
@@ -85,18 +85,18 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
 
 RECORD_SECONDS: Final = 4e-3
 """Time of a member's record beside its events: to set it up, and its numbers (1.5 to 9 ms of 9 nodes, by scheme)."""
-_PER_EVENT = 9.0  # numbers of a record
+PER_EVENT = 9.0  # numbers of a record
 
 
 def _estimate(task: Task) -> Estimate:
     case, members = task_case(task), task.ensemble.likely
     if case.interface.contacts > 1:
-        numbers = members * _PER_EVENT * PIECES
+        numbers = members * PER_EVENT * PIECES
         inputs = members * len(batches(case.interface.contacts)) * PORTION
         return Estimate(0.0, FLOAT * (inputs + numbers), numbers)
     if task.free:
         return Estimate(0.0, 0.0)
-    numbers = members * (_PER_EVENT * estimate_sizes(case).events + 2.0 * case.slab.nodes)
+    numbers = members * (PER_EVENT * estimate_sizes(case).events + 2.0 * case.slab.nodes)
     seconds, memory = RECORD_SECONDS + record_seconds(case), sliding_bytes(case) + members * record_bytes(case)
     return Estimate(members * seconds, memory, numbers)
 
@@ -180,8 +180,12 @@ def small_record(task: Task) -> tuple[Task, ...]:
 
 
 def _has_records(manifest: Manifest) -> bool:
-    read_by_others = "dynamics" in manifest.stages or manifest.outputs.statistics
-    return "slip" in manifest.stages and (not manifest.paths or read_by_others)
+    return "slip" in manifest.stages and (not manifest.paths or _is_read_by_others(manifest))
+
+
+def _is_read_by_others(manifest: Manifest) -> bool:
+    """True if numbers of a campaign follow from whole records."""
+    return "dynamics" in manifest.stages or manifest.outputs.statistics or bool(manifest.observables)
 
 
 KIND: Final = Kind(

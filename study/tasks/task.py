@@ -17,6 +17,7 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import declared
 from nanoslip.solver.slab import Scheme, Slab
 from nanoslip.study.canonical import Texts, content_hash
+from nanoslip.study.manifest.observables import Observable
 from nanoslip.study.manifest.parameters import Value, names_by_word, words_by_name
 from nanoslip.study.origin import Origins
 
@@ -51,6 +52,8 @@ class Task:
     """True if the closed form is fitted to the motion; drive tasks only."""
     critical: bool = False
     """True if the critical velocity is computed, too; drive tasks only."""
+    observables: tuple[Observable, ...] = ()
+    """One's own numbers; tasks of these only."""
     intermediate: bool = False
     """True if only other tasks need the result, not the campaign."""
     ensemble: Ensemble = ALONE

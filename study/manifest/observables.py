@@ -1,0 +1,173 @@
+"""One's own numbers: functions of a Python file beside a campaign. Here their text is read and parsed, never executed.
+
+What a number means and what it is a number of follow from the text. Only a process that computes executes it
+(nanoslip.study.tasks.functions).
+"""
+
+import ast
+import difflib
+import hashlib
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from nanoslip.solver.outcome import LONGEST_MESSAGE, InvalidInput, printable
+from nanoslip.solver.parameter import require
+
+KEY: Final = "observables"
+"""Key of [outputs] that names them."""
+PARAMETERS: Final = "one parameter, the friction record, or a second one, the motion of its drive"
+REFERENCE: Final = 'a list, as ["mine:largest_drop"]: that function of mine.py'
+
+
+@dataclass(frozen=True, slots=True)
+class Observable:
+    """One's own number of a friction record or of a drive over it."""
+
+    name: str
+    """Name of the variable in a dataset."""
+    function_name: str
+    module: str
+    """Name of its file without the ending, or of a module of Python."""
+    meaning: str
+    """First line of its docstring, or its name."""
+    comment: str
+    """All further lines."""
+    driven: bool
+    """True if it is a number of a drive."""
+    text: str = field(repr=False)
+    """Source by which results are known: of the whole file; of a function without one its own."""
+    file: str = field(default="", compare=False)
+    """Path of the source, for messages."""
+    function: Callable[..., Any] | None = field(default=None, compare=False)
+    """The function where a caller gave it; None if the text is to be executed."""
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the source."""
+        return hashlib.sha256(self.text.encode("utf-8", "surrogatepass")).hexdigest()
+
+    @property
+    def identity(self) -> tuple[str, str, str]:
+        """All that decides its values."""
+        return self.name, self.function_name, self.sha256
+
+    @property
+    def reference(self) -> str:
+        """Module and function."""
+        return f"{self.module}:{self.function_name}"
+
+
+class Explained(NamedTuple):
+    """Docstring of a function as a meaning and a comment, one line each."""
+
+    meaning: str
+    comment: str
+
+
+def explain_docstring(docstring: str | None, name: str) -> Explained:
+    """The first line of a docstring, and all further ones; the name in words without a docstring."""
+    first, _, rest = (docstring or "").strip().partition("\n")
+    lines = (" ".join(printable(part, LONGEST_MESSAGE).split()) for part in (first.rstrip(" ."), rest))
+    meaning, comment = lines
+    return Explained(meaning or name.replace("_", " "), comment)
+
+
+def is_driven(required: int, refused: bool = False) -> bool | None:
+    """True for a function of a record and a motion, False for one of a record; None for any other.
+
+    required: positional parameters without default. refused: whether it needs others, too.
+    """
+    return None if refused or required not in (1, 2) else required == 2
+
+
+class Reference(NamedTuple):
+    """A function of a file beside a campaign."""
+
+    module: str
+    name: str
+
+    @property
+    def file(self) -> str:
+        """Name of the file."""
+        return f"{self.module}.py"
+
+
+def parse_reference(given: Any) -> Reference:
+    """The reference that a text `module:function` is. Raises InvalidInput."""
+    module, _, name = str(given).partition(":")
+    require(KEY, given, isinstance(given, str) and _is_name(module) and _is_name(name), REFERENCE)
+    return Reference(module, name)
+
+
+def require_references(given: Any) -> tuple[str, ...]:
+    """The references of a list. Raises InvalidInput unless each is `module:function`, each function's name once."""
+    require(KEY, given, isinstance(given, list | tuple), REFERENCE)
+    names = set[str]()
+    for each in given:
+        name = parse_reference(each).name
+        require(KEY, each, name not in names, f"another name: {name} is there twice")
+        names.add(name)
+    return tuple(given)
+
+
+def source_files(given: Any) -> list[str]:
+    """Files that a list of references names, each once; none if it is no such list."""
+    try:
+        require_references(given)
+    except InvalidInput:
+        return []
+    return list(dict.fromkeys(parse_reference(each).file for each in given))
+
+
+def _is_name(word: str) -> bool:
+    """True for a name of Python that every file system and terminal shows alike."""
+    return word.isidentifier() and word.isascii()
+
+
+# The text of a file, parsed.
+
+
+def _parse(file: Path, text: str) -> ast.Module:
+    try:
+        return ast.parse(text)
+    except SyntaxError as error:
+        need = f"Python in {file.name}: line {error.lineno}: {error.msg}"
+    except (ValueError, RecursionError, MemoryError) as error:
+        need = f"Python in {file.name}: {type(error).__name__}"
+    raise InvalidInput(KEY, file.name, need)
+
+
+def find_function(name: str, file: Path, text: str) -> Observable:
+    """The function of this name in a source. Raises InvalidInput."""
+    statements = _parse(file, text).body
+    functions = {each.name: each for each in statements if isinstance(each, ast.FunctionDef)}
+    if name not in functions:
+        raise InvalidInput(KEY, name, _missing_need(name, file.name, functions))
+    function = functions[name]
+    given = function.args
+    required = len(given.posonlyargs) + len(given.args) - len(given.defaults)
+    driven = is_driven(required, refused=None in given.kw_defaults)
+    if driven is None:
+        raise InvalidInput(KEY, name, f"{PARAMETERS}: def {name}(record) or def {name}(record, motion)")
+    told = explain_docstring(ast.get_docstring(function), name)
+    return Observable(name, name, file.stem, *told, driven, text, str(file))
+
+
+def _missing_need(name: str, file: str, functions: Collection[str]) -> str:
+    near = difflib.get_close_matches(name, functions, 1)
+    there = f"did you mean {near[0]}?" if near else f"it has {', '.join(functions) or 'none'}"
+    return f"a function def {name}(record) in {file}, not inside of anything else; {there}"
+
+
+# What a number needs of its campaign.
+
+
+def stage_need(observable: Observable, stages: Collection[str]) -> str:
+    """The stage that a number lacks among those of its campaign; empty if it has all that it needs."""
+    if "slip" not in stages:
+        return 'stage "slip": without it there is no friction record'
+    if observable.driven and "dynamics" not in stages:
+        return 'stage "dynamics", which a [[drives]] table brings: its second parameter is the motion of a drive'
+    return ""

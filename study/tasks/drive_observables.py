@@ -1,0 +1,68 @@
+"""One's own numbers of drives: motions are computed again, as results hold that of the first member alone."""
+
+from functools import partial
+from typing import Final
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.ensemble import Ensemble
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.observables import Observable
+from nanoslip.study.tasks import drive as drives
+from nanoslip.study.tasks.compliance import compliance_needs
+from nanoslip.study.tasks.functions import Arguments
+from nanoslip.study.tasks.kind import Computed, Estimate, Kind, Wanted, own_numbers
+from nanoslip.study.tasks.observables import estimate_reading, evaluated
+from nanoslip.study.tasks.record import record_task
+from nanoslip.study.tasks.task import Inputs, Task, task_key
+
+
+def drive_observables_task(case: Case, drive: Drive, ensemble: Ensemble, numbers: tuple[Observable, ...]) -> Task:
+    """One's own numbers of the motions of a drive over the friction records of a case's members."""
+    record = record_task(case, ensemble)
+    identities = [each.identity for each in numbers]
+    return Task(
+        task_key("drive_observables", record.key, drives.drive_text(drive), *identities),
+        "drive_observables",
+        case.slab,
+        case,
+        drive,
+        fitted=False,
+        observables=numbers,
+        ensemble=record.ensemble,
+        needs=(record.key, *(compliance_needs(case.slab) if drive.memory else ())),
+    )
+
+
+def _needed(manifest: Manifest) -> bool:
+    return bool(own_numbers("drive_observables", manifest))
+
+
+def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    numbers = own_numbers("drive_observables", manifest)
+    task = partial(drive_observables_task, ensemble=manifest.ensemble, numbers=numbers)
+    return tuple(Wanted(task(case, drive), label) for label, drive in drives.dimensionless_drives(manifest))
+
+
+def _estimate(task: Task) -> Estimate:
+    again, reading = drives.KIND.estimate(task), estimate_reading(task)
+    return Estimate(again.seconds + reading.seconds, task.ensemble.likely * again.memory + reading.memory)
+
+
+def _compute(task: Task, inputs: Inputs) -> Computed:
+    pulling, arguments = drives.Pulling(task, inputs), list[Arguments | None]()
+    for number, (record, _) in enumerate(pulling.records):
+        motion = pulling.motion(number)
+        arguments.append(None if motion is None else (record, motion))
+    return evaluated(task, arguments)
+
+
+KIND: Final = Kind(
+    "drive_observables",
+    needed=_needed,
+    tasks=_tasks,
+    estimate=_estimate,
+    compute=_compute,
+    miniature=drives.KIND.miniature,  # they run no kernel beside the drive's
+    driven=True,
+)

@@ -1,0 +1,56 @@
+"""One's own numbers of the records of a case's members: a changed function is evaluated anew over the same records."""
+
+from typing import Final
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.ensemble import Ensemble
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.observables import Observable
+from nanoslip.study.tasks.estimates import FLOAT, TASK, estimate_sizes
+from nanoslip.study.tasks.functions import Arguments, evaluate
+from nanoslip.study.tasks.kind import Computed, Estimate, Kind, Member, Wanted, own_numbers
+from nanoslip.study.tasks.record import PER_EVENT, member_records, record_task, small_record
+from nanoslip.study.tasks.task import Inputs, Task, task_case, task_key
+
+
+def observables_task(case: Case, ensemble: Ensemble, numbers: tuple[Observable, ...]) -> Task:
+    """One's own numbers of the friction records of a case's members."""
+    record = record_task(case, ensemble)
+    key = task_key("observables", record.key, *[each.identity for each in numbers])
+    needs = (record.key,)
+    return Task(key, "observables", case.slab, case, observables=numbers, ensemble=record.ensemble, needs=needs)
+
+
+def _needed(manifest: Manifest) -> bool:
+    return bool(own_numbers("observables", manifest))
+
+
+def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    return (Wanted(observables_task(case, manifest.ensemble, own_numbers("observables", manifest))),)
+
+
+def estimate_reading(task: Task) -> Estimate:
+    """Cost of reading the records: nobody knows that of the functions."""
+    numbers = task.ensemble.likely * PER_EVENT * estimate_sizes(task_case(task)).events
+    return Estimate(task.ensemble.likely * TASK, FLOAT * 2.0 * numbers)
+
+
+def _compute(task: Task, inputs: Inputs) -> Computed:
+    records = [record for record, _ in member_records(inputs[task.needs[0]])]
+    return evaluated(task, [(record,) if record.outcome.usable else None for record in records])
+
+
+def evaluated(task: Task, arguments: list[Arguments | None]) -> Computed:
+    """One's own numbers of members, whose outcomes are those of their records and drives: here all complete."""
+    found = evaluate(task.observables, arguments)
+    return Computed((Member((), found.outcome),) * len(arguments), scalars=found.scalars)
+
+
+KIND: Final = Kind(
+    "observables",
+    needed=_needed,
+    tasks=_tasks,
+    estimate=estimate_reading,
+    compute=_compute,
+    miniature=small_record,  # they run no kernel beside the record's
+)
