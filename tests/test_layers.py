@@ -204,7 +204,8 @@ APART = {
         commands.infer commands.infer.read_numbers commands.infer.read_ranges figures.frames.parse_events figures.points._values
         figures.points.points_named figures.shared.file_format measured.recording._words measured.units._pint_unit
         manifest.vocabulary.missing_physics manifest.vocabulary.key_meant
-        manifest.vocabulary.otherwise manifest.observables.parse_reference results.files.Shard.parse run.batch run.batch.parse_time_limit""",
+        manifest.vocabulary.otherwise manifest.observables.parse_reference
+        results.files.Shard.parse run.batch run.batch.parse_time_limit""",
     "files of users": """measured.columns measured.columns._cells measured.columns._split_labels measured.columns._title
         measured.columns.read_cells measured.columns.read_columns manifest.surface manifest.checker.NamedFiles._source
         manifest.observables.explain_docstring tasks.functions tasks.functions._imported_modules""",

@@ -38,8 +38,8 @@ class Observable:
     """True if it is a number of a drive."""
     text: str = field(repr=False)
     """Source by which results are known: of the whole file; of a function without one its own."""
-    file: str = field(default="", compare=False)
-    """Path of the source, for messages."""
+    file: str
+    """Path of the source, which messages name."""
     function: Callable[..., Any] | None = field(default=None, compare=False)
     """The function where a caller gave it; None if the text is to be executed."""
 
