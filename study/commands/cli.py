@@ -188,6 +188,8 @@ def check() -> None:
     Each CAMPAIGN is a file, or the name of a campaign that comes with nanoslip. A correct campaign gets a line with
     its cases and tasks. Otherwise every problem gets a line: file, key, value and the allowed values.
 
+    Python files with one's own numbers ([outputs] observables) are executed, as by `run`.
+
     Exit codes: 0 all are correct; 2 some are not.
 
     Example: nanoslip check campaigns/*.toml
