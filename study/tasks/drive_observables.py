@@ -11,8 +11,8 @@ from nanoslip.study.manifest.observables import Observable
 from nanoslip.study.tasks import drive as drives
 from nanoslip.study.tasks.compliance import compliance_needs
 from nanoslip.study.tasks.functions import Arguments
-from nanoslip.study.tasks.kind import Computed, Estimate, Kind, Wanted, own_numbers
-from nanoslip.study.tasks.observables import estimate_reading, evaluated
+from nanoslip.study.tasks.kind import Computed, Estimate, Kind, Wanted, has_own_numbers, own_numbers
+from nanoslip.study.tasks.observables import estimate_reading, evaluate_members
 from nanoslip.study.tasks.record import record_task
 from nanoslip.study.tasks.task import Inputs, Task, task_key
 
@@ -34,10 +34,6 @@ def drive_observables_task(case: Case, drive: Drive, ensemble: Ensemble, numbers
     )
 
 
-def _needed(manifest: Manifest) -> bool:
-    return bool(own_numbers("drive_observables", manifest))
-
-
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     numbers = own_numbers("drive_observables", manifest)
     task = partial(drive_observables_task, ensemble=manifest.ensemble, numbers=numbers)
@@ -54,12 +50,12 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
     for number, (record, _) in enumerate(pulling.records):
         motion = pulling.motion(number)
         arguments.append(None if motion is None else (record, motion))
-    return evaluated(task, arguments)
+    return evaluate_members(task, arguments)
 
 
 KIND: Final = Kind(
     "drive_observables",
-    needed=_needed,
+    needed=has_own_numbers("drive_observables"),
     tasks=_tasks,
     estimate=_estimate,
     compute=_compute,

@@ -213,6 +213,11 @@ def own_numbers(kind: str, manifest: Manifest) -> tuple[Observable, ...]:
     return tuple(each for each in manifest.observables if each.driven is OWN.get(kind))
 
 
+def has_own_numbers(kind: str) -> Callable[[Manifest], bool]:
+    """Predicate: True if a campaign has own numbers among a kind's results."""
+    return lambda manifest: bool(own_numbers(kind, manifest))
+
+
 def has_target(manifest: Manifest) -> bool:
     """True if a campaign states an error instead of a number of members."""
     return manifest.ensemble.within is not None

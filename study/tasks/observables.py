@@ -1,4 +1,4 @@
-"""One's own numbers of the records of a case's members: a changed function is evaluated anew over the same records."""
+"""One's own numbers of the records of a case's members: a changed function is evaluate_members anew over the same records."""
 
 from typing import Final
 
@@ -8,7 +8,7 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.observables import Observable
 from nanoslip.study.tasks.estimates import FLOAT, TASK, estimate_sizes
 from nanoslip.study.tasks.functions import Arguments, evaluate
-from nanoslip.study.tasks.kind import Computed, Estimate, Kind, Member, Wanted, own_numbers
+from nanoslip.study.tasks.kind import Computed, Estimate, Kind, Member, Wanted, has_own_numbers, own_numbers
 from nanoslip.study.tasks.record import PER_EVENT, member_records, record_task, small_record
 from nanoslip.study.tasks.task import Inputs, Task, task_case, task_key
 
@@ -19,10 +19,6 @@ def observables_task(case: Case, ensemble: Ensemble, numbers: tuple[Observable, 
     key = task_key("observables", record.key, *[each.identity for each in numbers])
     needs = (record.key,)
     return Task(key, "observables", case.slab, case, observables=numbers, ensemble=record.ensemble, needs=needs)
-
-
-def _needed(manifest: Manifest) -> bool:
-    return bool(own_numbers("observables", manifest))
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
@@ -37,10 +33,10 @@ def estimate_reading(task: Task) -> Estimate:
 
 def _compute(task: Task, inputs: Inputs) -> Computed:
     records = [record for record, _ in member_records(inputs[task.needs[0]])]
-    return evaluated(task, [(record,) if record.outcome.usable else None for record in records])
+    return evaluate_members(task, [(record,) if record.outcome.usable else None for record in records])
 
 
-def evaluated(task: Task, arguments: list[Arguments | None]) -> Computed:
+def evaluate_members(task: Task, arguments: list[Arguments | None]) -> Computed:
     """One's own numbers of members, whose outcomes are those of their records and drives: here all complete."""
     found = evaluate(task.observables, arguments)
     return Computed((Member((), found.outcome),) * len(arguments), scalars=found.scalars)
@@ -48,7 +44,7 @@ def evaluated(task: Task, arguments: list[Arguments | None]) -> Computed:
 
 KIND: Final = Kind(
     "observables",
-    needed=_needed,
+    needed=has_own_numbers("observables"),
     tasks=_tasks,
     estimate=estimate_reading,
     compute=_compute,
