@@ -159,7 +159,7 @@ class Pulling:
     def motion(self, number: int) -> DynamicsResult | None:
         """The motion over a member's record with all effects; None if it has none."""
         case = self.task.ensemble.case(task_case(self.task), number)
-        return self._pulled(case, self.records[number], task_drive(self.task)).part(DynamicsResult)
+        return self._pull(case, self.records[number], task_drive(self.task)).part(DynamicsResult)
 
     def _leave_out(self) -> None:
         """First effect whose omission changes the first members' numbers by less than half of the target."""
