@@ -500,7 +500,11 @@ def sensitivity() -> None:
 
 @command("infer:fit_campaign", CAMPAIGN)
 @click.argument("numbers", nargs=-1, metavar="NUMBER=VALUE±ERROR... [KEY=VALUE]...")
-@click.option("--trace", type=ANY_PATH, help="Take μ_s and μ_k, with their ±, from `nanoslip trace --json`.")
+@click.option(
+    "--trace",
+    type=ANY_PATH,
+    help="Take μ_s and μ_k, or the numbers of loops, with their ±, from `nanoslip trace --json`.",
+)
 @click.option("--vary", multiple=True, metavar="KEY[=FROM:TO],...", help="Parameters to find [default: the axes]")
 @defaulted("--points", type=click.IntRange(min=16), default=256, help="Most points that are computed.")
 @click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")

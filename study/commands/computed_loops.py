@@ -93,6 +93,7 @@ def _path_loops(case: xr.Dataset, attributes: dict[str, object], machine: float)
     numbers = _of_one_start(run, loops)
     numbers |= _over_starts(run, "loss_per_cycle", "cycle_energy", load * width, "J")
     numbers |= _over_starts(run, "turn_friction", "turn_friction", 1.0, "1")
+    numbers |= _over_starts(run, "secant_stiffness_si", "secant_stiffness", 1.0, "N m-1")
     numbers |= _over_starts(run, "cycle_stroke_si", "contact_amplitude", 0.5, "m")
     return ComputedLoops(loops, numbers, load, of_path=True, machine=machine)
 

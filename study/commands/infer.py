@@ -3,7 +3,7 @@
 import itertools
 import json
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
@@ -24,7 +24,7 @@ from nanoslip.study.inference.fit import LEVELS, Fit, Target, filling, sentences
 from nanoslip.study.inference.pictures import bars, contours
 from nanoslip.study.inference.sensitivity import caution, sensitivity
 from nanoslip.study.manifest.checker import number_or_text, read_text
-from nanoslip.study.manifest.manifest import drive_parameters
+from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import word_for_symbol
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.expectations import out_of_reach
@@ -41,6 +41,7 @@ from nanoslip.study.run.farm import Farm, open_farm
 from nanoslip.study.run.journal import Journal, read_task_times
 from nanoslip.study.run.launch import task_program
 from nanoslip.study.run.progress import makespan, open_progress, roughly
+from nanoslip.study.tasks.drive import reciprocates
 
 # `nanoslip sensitivity`: which parameters a number depends on, from the cases of a dataset.
 
@@ -100,12 +101,16 @@ def fit_campaign(
     process."""
     form, into = file_format(picture), results_folder(campaign, out)
     targets, fixed = read_numbers(numbers)
+    with refusals(ValueError):
+        manifest = load_manifest(campaign)
     if trace:
-        targets += read_trace_numbers(trace, {target.name for target in targets})
+        given = {target.name for target in targets}
+        loops = loop_targets(manifest)
+        targets += read_loop_numbers(trace, loops, manifest, given) if loops else read_trace_numbers(trace, given)
     if not targets:
         raise Refusal("needs a measured number with its ±, as mu_s=0.3±0.01")
     with refusals(ValueError, FarmError):
-        question = make_question(load_manifest(campaign), targets, read_ranges(vary), fixed)
+        question = make_question(manifest, targets, read_ranges(vary), fixed)
         question.check(into)
         farm = open_farm(task_program(into), jobs=jobs)
     with farm:
@@ -156,29 +161,92 @@ OF_TRACES: Final = {"static_friction": "mu_s", "kinetic_friction": "mu_k"}
 """Numbers of a trace that are fitted, and their keys. Period and amplitude belong to one spring, mass and velocity."""
 
 
+OF_STAGES: Final = {"cycle_energy": "loop_energy", "mid_stroke_friction": "midstroke_friction"}
+OF_PATHS: Final = {
+    "cycle_energy": "loss_per_cycle",
+    "turn_friction": "turn_friction",
+    "secant_stiffness": "secant_stiffness_si",
+}
+"""Numbers of measured loops that are fitted, and their names in a dataset: of a drive with a stroke, and of strokes of a path."""
+
+
+def loop_targets(manifest: Manifest) -> Mapping[str, str]:
+    """Measured numbers of loops that a campaign has, and their names in its dataset; none if it has no loops."""
+    if reciprocates(manifest):
+        return OF_STAGES
+    is_cyclic = any(value for name in ("amplitude", "stroke") for value in manifest.case_values(name))
+    return OF_PATHS if is_cyclic else {}
+
+
 def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
     """Friction coefficients in the output of `nanoslip trace --json`, except those given directly. Raises Refusal."""
     needs = "needs what nanoslip trace FILE --load FORCE --json writes"
+    found = _read_trace_json(file, needs)
+    # As of a computed drive.
+    found["kinetic_friction"] = found.get("mean_force", found.get("kinetic_friction"))
+    targets = _targets_of(file, found, {name: name for name in OF_TRACES}, needs)
+    units = {found[target.name].get("unit") for target in targets}
+    if units != {"1"}:
+        raise Refusal(f"{file}: {needs}, which has friction coefficients")
+    names = {*given, *(name for name, key in OF_TRACES.items() if key in given)}
+    return _with_errors(file, targets, names)
+
+
+def read_loop_numbers(
+    file: Path, names: Mapping[str, str], manifest: Manifest, given: Collection[str] = ()
+) -> list[Target]:
+    """Numbers of loops in the output of `nanoslip trace --json`, except those given directly, as a dataset has them.
+
+    names: measured name -> name in a dataset. Energies are in W·L_x there. Raises Refusal.
+    """
+    needs = "needs the loops that nanoslip trace FILE --load FORCE --json writes of a force over positions that turn"
+    found = _read_trace_json(file, needs)
+    targets = _targets_of(file, found, names, needs)
+    if not any(target.name == names["cycle_energy"] for target in targets):
+        raise Refusal(f"{file}: {needs}")
+    scales = manifest.stated_scales
+    if scales is None:
+        raise Refusal(f"{manifest.path}: needs slab_width in [scales]: energies of loops are in J")
+    load = 1.0 if found["cycle_energy"]["unit"] == "J N-1" else found.get("load")
+    if not load:
+        raise Refusal(f"{file}: {needs}, and has no load")
+    per = float(load) * scales.slab_width
+    scaled = []
+    for target in targets:
+        factor = 1.0 / per if target.name == names["cycle_energy"] else 1.0
+        scaled.append(target._replace(value=factor * target.value, error=factor * target.error))
+    return _with_errors(file, scaled, given)
+
+
+def _read_trace_json(file: Path, needs: str) -> dict[str, Any]:
     try:
         found = json.loads(read_text(file))
-        found["kinetic_friction"] = found.get("mean_force", found.get("kinetic_friction"))  # as of a computed drive
-        numbers = {name: found[name] for name in OF_TRACES if found.get(name)}
-        targets = []
-        for name, number in numbers.items():
-            error = float(number["uncertainty"] or 0.0)
-            targets.append(Target(name, float(number["value"]), error, one_start=True))
-        coefficients = all(number["unit"] == "1" for number in numbers.values())
     except json.JSONDecodeError:
         raise Refusal(f"{file}: {needs.replace('FILE', str(file))}, and is no JSON") from None
+    if not isinstance(found, dict):
+        raise Refusal(f"{file}: {needs}")
+    return found
+
+
+def _targets_of(file: Path, found: Mapping[str, Any], names: Mapping[str, str], needs: str) -> list[Target]:
+    """Numbers of a trace by the names that they have in a dataset. Raises Refusal."""
+    targets = []
+    try:
+        for measured, name in names.items():
+            if number := found.get(measured):
+                error = float(number["uncertainty"] or 0.0)
+                targets.append(Target(name, float(number["value"]), error, one_start=True))
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise Refusal(f"{file}: {needs} ({type(error).__name__}: {error})") from None
-    if not (targets and coefficients):
-        raise Refusal(f"{file}: {needs}, which has friction coefficients")
+    return targets
+
+
+def _with_errors(file: Path, targets: Sequence[Target], given: Collection[str]) -> list[Target]:
+    """The numbers with ±, except those given directly."""
     unsure = [target.name for target in targets if not target.error > 0.0]
     if unsure:
-        note(f"{file}: {', '.join(unsure)} of one slip has no ±, and is left out; it may be given as mu_s=0.3±0.01")
-    names = {*given, *(name for name, key in OF_TRACES.items() if key in given)}
-    return [target for target in targets if target.error > 0.0 and target.name not in names]
+        note(f"{file}: {', '.join(unsure)} without ± is left out; it may be given as mu_s=0.3±0.01")
+    return [target for target in targets if target.error > 0.0 and target.name not in given]
 
 
 _KEYS: Final = {**parameters_of_a_case(), **drive_parameters()}

@@ -42,6 +42,7 @@ TRACE_SYMBOLS: Final = {
     "mid_stroke_friction": "μ",
     "turn_friction": "F at turns",
     "contact_stiffness": "K",
+    "secant_stiffness": "F/δ at turns",
     "energy_ratio": "E/4Fδ",
     "friction_slope": "dF/dW",
     "friction_intercept": "F at W = 0",
@@ -208,7 +209,7 @@ def show_trace(
     if as_json:
         distributions = {"events": as_mapping(series.numbers)} if series else {}
         beside = {"computed": as_mapping(loops.numbers)} if loops else {}
-        print_json({**json_of_trace(trace, found), **beside, **distributions})
+        print_json({"load": _load_or_nan(trace, weight), **json_of_trace(trace, found), **beside, **distributions})
     else:
         note(_as_read(trace))
         print_table(loop_table(found.numbers, loops.numbers) if loops else number_table(found.numbers, computed))
@@ -296,9 +297,13 @@ def _of_drive(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
             raise Refusal(f"--over {source}: {error_message(error)}") from None
 
 
+def _load_or_nan(trace: Trace, load: float) -> float:
+    return load if math.isfinite(load) else trace.mean_load
+
+
 def _known_load(trace: Trace, load: float) -> float:
     """Normal load of a trace in N: given, or the mean of its column. Raises Refusal if neither is known."""
-    known = load if math.isfinite(load) else trace.mean_load
+    known = _load_or_nan(trace, load)
     if math.isnan(known):
         raise Refusal('--over: needs --load, as "100 N": the energy of a loop of coefficients is not known without')
     return known

@@ -131,6 +131,9 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
         rectangles = 4.0 * newtons * swings.values * amplitudes.values
         ratio = StrokeNumbers(energies.values / rectangles, energies.fitted).mean("1")
     energy = energies.mean(energy_unit)
+    secant = Measured(math.nan, math.nan, 0, stiffness_unit)
+    if ratio.of:
+        secant = StrokeNumbers(newtons * swings.values / amplitudes.values, energies.fitted).mean(stiffness_unit)
     state = None
     if ratio.of and float(np.ptp(force)) > NOISE * noise_deviation(force):
         state = _state(ratio, energy)
@@ -143,6 +146,7 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
         "mid_stroke_friction": middles.mean(unit) if stretching <= MIDDLE[0] else None,
         "turn_friction": swings.mean(unit),
         "contact_stiffness": contact,
+        "secant_stiffness": secant,
         "contact_amplitude": amplitudes.mean("m") if ratio.of else None,
         # A contact that only yields has no slip.
         "slip_amplitude": widths.mean("m") if state == "slides" else None,

@@ -1,12 +1,15 @@
 """`trace --over` of a recording with loops: a recording made of computed loops has their numbers, and both are drawn."""
 
 import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from nanoslip.study import api
+from nanoslip.study.commands.infer import loop_targets, read_loop_numbers
+from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.toml_text import as_toml
 from tests.conftest import Main, compute
 
@@ -124,3 +127,59 @@ def test_results_without_loops_are_refused_by_what_they_have(
         assert code == 2
         assert errors.count("\n") == 1
     assert main("trace", of_stage, "--over", stage, "drive=stroke")[0] == 2
+
+
+def test_a_fit_takes_measured_loops_as_a_dataset_has_them(
+    main: Main, stage: Path, of_stage: Path, tmp_path: Path
+) -> None:
+    """Energies in W·L_x; what is given by itself is not taken from the trace."""
+    file = tmp_path / "lab.json"
+    file.write_text(main("trace", of_stage, "--load", "0.2 N", "--json")[1])
+    manifest = load_manifest(stage / "small.toml")
+    names = loop_targets(manifest)
+    targets = {target.name: target for target in read_loop_numbers(file, names, manifest)}
+    with api.open(stage / "results.nc") as data:
+        found = data.sel(drive="stroke").squeeze()
+        for name, target in targets.items():
+            assert target.value == pytest.approx(float(found[name]), rel=0.05), name
+            assert target.error > 0.0
+            assert target.one_start
+    assert {"loop_energy", "midstroke_friction"} == targets.keys()
+    assert [each.name for each in read_loop_numbers(file, names, manifest, ["loop_energy"])] == ["midstroke_friction"]
+
+
+def test_a_fit_to_loops_needs_them_and_scales(main: Main, stage: Path, tmp_path: Path) -> None:
+    pull = {"value": 0.3, "uncertainty": 0.01, "of": 9, "unit": "1"}
+    loop = {"load": 0.2, "cycle_energy": {"value": 1e-4, "uncertainty": 1e-6, "of": 9, "unit": "J"}}
+    document = tomllib.loads((stage / "small.toml").read_text())
+    unscaled = tmp_path / "unscaled.toml"
+    rest = {name: value for name, value in document.items() if name != "scales"}
+    unscaled.write_text(as_toml({**rest, "constants": {"radius": 50.0, "normal_load": 1e-3}}))
+    for campaign, numbers in ((stage / "small.toml", {"static_friction": pull}), (unscaled, loop)):
+        (tmp_path / "lab.json").write_text(json.dumps(numbers))
+        words = ("--trace", tmp_path / "lab.json", "drive=stroke", "--vary", "mu_i=0.2:0.6", "--out", tmp_path / "out")
+        code, _, errors = main("fit", campaign, *words)
+        assert code == 2
+        assert "loops" in errors
+
+
+@pytest.mark.slow
+def test_a_fit_to_strokes_of_a_path_finds_their_friction(main: Main, path: Path, tmp_path: Path) -> None:
+    """Loops of one start, of 5 % scatter, and one number that is proportional to μ_i."""
+    with api.open(path / "results.nc") as data:
+        found = data.squeeze()
+        energy = float(found["loss_per_cycle"]) * LOAD * data.attrs["slab_width"]
+        turn = float(found["turn_friction"])
+    numbers = {"cycle_energy": (energy, "J"), "turn_friction": (turn, "1")}
+    measured = {
+        name: {"value": value, "uncertainty": 0.02 * value, "unit": unit} for name, (value, unit) in numbers.items()
+    }
+    (tmp_path / "lab.json").write_text(json.dumps({"load": LOAD, **measured}))
+    (tmp_path / "mine.toml").write_text((path / "small.toml").read_text())
+    words = ("--trace", tmp_path / "lab.json", "--vary", "mu_i=0.3:0.8", "--points", 16, "--json")
+    code, out, errors = main(
+        "fit", tmp_path / "mine.toml", *words, "-o", tmp_path / "fit.png", "--out", tmp_path / "out"
+    )
+    assert code == 0, errors
+    ((low, high),) = json.loads(out)["parameters"]["intrinsic_friction"]["95"]
+    assert low < 0.5 < high
