@@ -1,7 +1,7 @@
 """Contact sets found from the matrix of the surface's compliance, before any node slips."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -279,15 +279,28 @@ class NormalContact(NamedTuple):
 
 
 def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalContact:
-    """The contact at the case's load, its nodes stuck at u = 0 or free of friction. Raises SingularOperator, TooFarApart.
+    """The contact at the case's load, its nodes stuck at u = 0 or free of friction. Raises SingularOperator, TooFarApart."""
+    none = np.zeros(compliance.slab.nodes)
+    start = found = NormalContact(guess_contact(case), none, none, none, 0.0, converged=False)
+    try:
+        for found in _iterates(case, compliance, start, stuck):
+            if found.converged:
+                break
+    except SingularOperator:
+        # A compliance is positive definite; less its product with slopes, beside which it may be rounding, it need not be.
+        if stuck or not case.effects.coupling:
+            raise
+    return found
+
+
+def _iterates(case: Case, compliance: Compliance, start: NormalContact, stuck: bool) -> Iterator[NormalContact]:
+    """The contact sets that are tried after that of `start`, up to one that has no wrong nodes, or that came before.
 
     Wrong nodes are exchanged (Exchange) until no node is wrong. Similar contact sets share factors (ContactSystem);
-    the returned forces are solved with the factors of the final set, unless only the set is requested.
+    the forces of the last are solved with the factors of its set, unless only the set is requested.
     """
-    away = surface_from_axis(case)
-    contact = guess_contact(case)
-    u, moved = np.zeros_like(away), math.inf
-    exchange = Exchange(away)
+    contact, u, moved = start.contact, start.u, math.inf
+    exchange = Exchange(surface_from_axis(case))
     system = _system(case, compliance, contact, u, stuck)
     for _ in range(MOST_ROUNDS):
         if not system.is_near(contact):
@@ -296,22 +309,26 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
         wrong = wrong_nodes(case, found)
         right = not wrong.any()
         if right and stuck:  # of a stuck contact only the set is used
-            return found
+            yield found
+            return
         before, moved, u = moved, float(np.abs(found.u - u).max()), found.u
         if right:
             if system.is_of(contact) and moved <= rounding_at_rest(case, found):
-                return found
+                yield found
+                return
             # The set is right, u still moves: with fresh slopes the next step is Newton's, which converges at once.
             if not system.is_of(contact) or moved > SLOW * before:
                 system = _system(case, compliance, contact, u, stuck)
+            yield found._replace(converged=False)
             continue
         following = exchange.exchange_wrong_nodes(contact, wrong)
         # Nodes stuck at u = 0 have no memory but their set: one that comes back comes back for ever.
         if following.again and (stuck or not case.effects.coupling):
-            break
+            yield found._replace(converged=False)
+            return
         # In another set u changes anew: the last change is no measure.
         contact, moved = following.contact, math.inf
-    return found._replace(contact=contact, converged=False)
+        yield found._replace(contact=contact, converged=False)
 
 
 def rounding_at_rest(case: Case, found: NormalContact) -> float:
