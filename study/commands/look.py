@@ -32,7 +32,7 @@ from nanoslip.study.accuracy.effects import (
 from nanoslip.study.accuracy.spending import LENGTHS, Sample, Spending, probe_lengths, spending
 from nanoslip.study.commands.answering import friction_answer, ranking
 from nanoslip.study.commands.datasets import assignments, choose_case, find_dataset, has_manifest, single
-from nanoslip.study.commands.plans import BALL, plural, refusals
+from nanoslip.study.commands.plans import BALL, drive_lines, plural, refusals
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.table import read_scales
@@ -44,6 +44,7 @@ from nanoslip.study.manifest.manifest import Manifest, drive_parameters, drive_s
 from nanoslip.study.manifest.parameters import STANDARD, has_unit, make_case, names_by_word, resembles_ball, si_line
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.expectations import out_of_reach
 from nanoslip.study.plan.plan import make_partial_plan, make_plan
 from nanoslip.study.report import summary
 from nanoslip.study.report.budget import error_lines
@@ -94,7 +95,9 @@ def try_campaign(
         content = make_campaign(typed | search, contact, drive or critical)
         given = api.read_campaign(content).fixed.keys()
         print_sentences(_choose_quick_grid(content), stderr=True)
-        manifest, found = api.read_campaign(content), api.run(content, progress=True)
+        manifest = api.read_campaign(content)
+        print_sentences(_drive_outlook(manifest), stderr=True)
+        found = api.run(content, progress=True)
     outcomes = [outcome for outcome in variables.OUTCOMES.values() if outcome.ending.name in found]
     endings = {found[outcome.ending.name].item(): found[outcome.message.name].item() for outcome in outcomes}
     if Ending.INVALID in endings:
@@ -112,6 +115,14 @@ def try_campaign(
         note(line)
     if endings.keys() & UNDONE:
         sys.exit(FAILURES)
+
+
+def _drive_outlook(manifest: Manifest) -> Iterator[str]:
+    """A drive's default mass, and why it may have no answer: to be known before minutes are spent on it."""
+    yield from drive_lines(manifest)
+    with suppress(InvalidInput):  # the case is refused, and says why
+        for line in out_of_reach(make_plan(manifest)).values():
+            yield f"expected: {line}"
 
 
 def _path_keys(stroke: str) -> dict[str, str]:

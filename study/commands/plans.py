@@ -99,14 +99,15 @@ MASS: Final = "pin_mass"
 
 def idle_lines(plan: Plan) -> list[str]:
     """The parameters and drives of a campaign that change nothing in any of its cases, each with the reason; limits of contacts
-    aside. And the mass that a drive in the user's own units has by default."""
+    aside. And `drive_lines`."""
     manifest = plan.manifest
     given = {*manifest.axes, *manifest.fixed} - {*manifest.tables["limits"]}
     cases = [case.case for case in plan.cases if case.case is not None]
-    return [*idle(cases, given, manifest.stages == ("contact",)), *_drive_lines(manifest)]
+    return [*idle(cases, given, manifest.stages == ("contact",)), *drive_lines(manifest)]
 
 
-def _drive_lines(manifest: Manifest) -> Iterator[str]:
+def drive_lines(manifest: Manifest) -> Iterator[str]:
+    """Drives without a stage, and the mass that a drive in the user's own units has by default."""
     if manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(manifest.drives_left_out)}'
     heavy = [drive for drive in manifest.drives if drive.drive and MASS not in drive.given]

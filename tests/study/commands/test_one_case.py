@@ -226,6 +226,27 @@ def test_a_key_of_a_drive_pulls_the_pin(main):
     assert make_campaign({}, drive=True)["drives"] == [{}]
 
 
+def test_a_tip_hears_its_default_mass_and_that_a_drive_ends_early_before_minutes_are_spent(main, monkeypatch):
+    """500 g on 40 N/m move on for 0.1 s, in which the stage passes 30 thousand million drops of a contact of 10 nm."""
+    tip = (
+        "radius=20 nm",
+        "scheme=half_space",
+        "n_x=17",
+        "slab_width=10 nm",
+        "normal_load=5 nN",
+        "young_modulus=70 GPa",
+    )
+
+    def compute(*_: object, **__: object) -> None:
+        raise MemoryError("nothing is computed here")
+
+    monkeypatch.setattr(api, "run", compute)
+    code, said, errors = main("try", *tip, "spring_stiffness=40 N/m")
+    assert (code, said) == (2, "")
+    assert "pin_mass = 0.5 kg" in errors
+    assert "step_limit" in errors
+
+
 @pytest.mark.parametrize(("velocity", "beyond"), [(1e-4, False), (0.1, True)])
 def test_a_spring_force_that_is_inertia_is_told_from_friction(velocity, beyond):
     drive = {"stage_velocity": velocity, "samples": 400}
