@@ -124,9 +124,19 @@ def match_mask(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: s
     hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, nearest(coordinate.values, values)))
     if not hits.any():
         given = ",".join(map(str, np.ravel(wanted)))
-        there = some(map(as_typed, coordinate.values.ravel().tolist()))
+        there = some(_values_with_sizes(root, key, coordinate))
         raise KeyError(f"{key} = {given}: no such case; there are {there}")
     return hits
+
+
+def _values_with_sizes(root: xr.Dataset, key: str, coordinate: xr.Variable) -> list[str]:
+    """The values of a coordinate as they are typed, each with its size in SI where the dataset has that."""
+    values = list(map(as_typed, coordinate.values.ravel().tolist()))
+    twin = si_coordinates().get(key)
+    if twin is None or twin.name not in root.coords or root[twin.name].dims != coordinate.dims:
+        return values
+    sizes = map(as_typed, root[twin.name].values.ravel().tolist())
+    return [f"{value} ({size} {twin.units})" for value, size in zip(values, sizes, strict=True)]
 
 
 def with_coordinates(root: xr.Dataset, selection: Selection) -> xr.Dataset:
