@@ -16,6 +16,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.datasets import find_dataset
 from nanoslip.study.commands.plans import plural, print_json, refusals
 from nanoslip.study.commands.words import Refusal, show
+from nanoslip.study.dataset.variables import find_variables, variables_by_name
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.figures.points import format_value
 from nanoslip.study.figures.shared import file_format, image
@@ -26,6 +27,7 @@ from nanoslip.study.inference.sensitivity import caution, sensitivity
 from nanoslip.study.manifest.checker import number_or_text, read_text
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import word_for_symbol
+from nanoslip.study.manifest.problems import suggestion_remark
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.expectations import out_of_reach
 from nanoslip.study.plan.plan import Plan
@@ -149,7 +151,10 @@ def read_numbers(given: Sequence[str]) -> tuple[list[Target], dict[str, Any]]:
         elif not (sign and key and text):
             raise Refusal(f"{word}: needs NUMBER=VALUE±ERROR, as mu_s=0.3±0.01, or KEY=VALUE, as radius=200")
         elif key != "drive" and word_for_symbol(key, _KEYS) not in _WORDS:
-            raise Refusal(f"{word}: no parameter; a measured number needs its ±, as {key}=0.3±0.01 (or 0.3+-0.01)")
+            is_number = bool(find_variables(list(variables_by_name()), key))
+            remark = "" if is_number else suggestion_remark(key, _WORDS)
+            measured_number = f"no parameter; a measured number needs its ±, as {key}=0.3±0.01 (or 0.3+-0.01)"
+            raise Refusal(f"{word}: {remark or measured_number}")
         elif key in fixed:
             raise Refusal(f"{word}: {key} is given twice")
         else:

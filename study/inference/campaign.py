@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import DURATIONS
+from nanoslip.solver.outcome import ABSENT
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.figures.points import points_named
@@ -21,7 +22,7 @@ from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, fill
 from nanoslip.study.inference.sensitivity import find_axis, point_errors, spread_of_members
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, names_by_word, table_taking, word_for_symbol
-from nanoslip.study.manifest.problems import ManifestError, unknown
+from nanoslip.study.manifest.problems import ManifestError, Place, unknown
 from nanoslip.study.manifest.reader import DEFAULT, parse_manifest
 from nanoslip.study.measured.columns import rows_as_csv
 from nanoslip.study.plan.expectations import impossible_numbers
@@ -315,6 +316,15 @@ def _document_without_axes(given: Mapping[str, Any], asked: Container[str]) -> d
     return document
 
 
+def _as_range(error: ManifestError, tables: Container[str | int], given: str) -> ManifestError:
+    """The error of a range that was checked as the only axis: problems of these tables are of what was given, not of a file."""
+    problems = []
+    for each in error.problems:
+        of_range = replace(each, place=Place(), key=given, value=ABSENT)
+        problems.append(of_range if each.place.part in tables else each)
+    return ManifestError(problems)
+
+
 def _start_parameters(question: Question) -> list[str]:
     """Parameters that decide where a pin of this campaign comes down, and on which nodes."""
     middle = np.full((1, len(question.ranges)), 0.5)
@@ -384,7 +394,10 @@ def _range(
         low, high = min(values), max(values)
     name = names_by_word().get(word)
     axes = {"drive_axes" if name is None else "axes": {word: [low, high]}}
-    parsed = parse_manifest(manifest.path, as_toml({**document, **axes}), manifest.files)
+    try:
+        parsed = parse_manifest(manifest.path, as_toml({**document, **axes}), manifest.files)
+    except ManifestError as error:
+        raise _as_range(error, axes, f"--vary {word}={low}:{high}") from None
     checked = parsed.drive_axes[word] if name is None else parsed.axes[name]
     low, high = (float(each) for each in checked)
     if not low < high < math.inf:

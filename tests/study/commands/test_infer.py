@@ -245,7 +245,7 @@ def test_every_starter_can_be_fitted(main: Main, tmp_path: Path, monkeypatch: py
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("starter", ["afm", "sweep"])
+@pytest.mark.parametrize("starter", ["afm", "ball", "sweep"])
 def test_a_starter_goes_from_new_to_fit(main: Main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, starter: str):
     monkeypatch.chdir(tmp_path)
     path, words = walked(starter, main, tmp_path)
@@ -297,6 +297,9 @@ def test_a_page_of_three_axes_shows_what_matters():
         (("mu_s=0.1±0.01",), "mu_s: no variable of this dataset"),
         ((f"{SIZE}=0.1±0.01", "--vary", "radus=20:30"), "--vary radus: unknown; did you mean radius?"),
         ((f"{SIZE}=0.1±0.01", "normal_load=1e-3", "radius=30", "--vary", "start_y=0.1:0.9"), "start_y"),
+        ((f"{SIZE}=0.1±0.01", "normal_lod=1e-3"), "normal_lod=1e-3: unknown; did you mean normal_load?"),
+        (("mu_k=0.3",), "mu_k=0.3: no parameter; a measured number needs its ±"),
+        ((f"{SIZE}=0.1±0.01", "normal_load=1e-3", "--vary", "radius=20mm:45"), "Error: --vary radius=20mm:45: needs"),
     ],
 )
 def test_wrong_questions_are_refused_before_anything_is_computed(main: Main, contacts: Path, words, problem):
