@@ -149,7 +149,8 @@ def indices(
     scatter = (surrogate.scatter / surrogate.scale) ** 2
     found = replace(found, scatter=scatter, predictivity=surrogate.predictivity)
     if surrogate.predictivity < LEAST_PREDICTED:
-        share = f"{100.0 * max(surrogate.predictivity, 0.0):.0f} %"
+        # Down to a tenth of a percent, as 79.97 % are not the 80 % that are needed.
+        share = f"{math.floor(1000.0 * max(surrogate.predictivity, 0.0)) / 10.0:g} %"
         least = f"{100.0 * LEAST_PREDICTED:.0f} %"
         why = f"a smooth dependence predicts {share} of the variance of cases left out, and {least} are needed"
         return replace(found, unknown=f"{why}: add cases, or members")
