@@ -335,6 +335,14 @@ def own_numbers(dataset: xr.Dataset) -> list[str]:
     return [str(name) for name, each in dataset.data_vars.items() if "source" in each.attrs]
 
 
+def describe_own_number(dataset: xr.Dataset, name: str) -> Described:
+    """Describe one's own number in a dataset."""
+    told = dataset[name].attrs
+    meaning, comment = str(told.get("long_name", name)), str(told.get("comment", ""))
+    dims = ", ".join(map(str, dataset[name].dims))
+    return Described(name, _GROUPS["observables"], dims, "1", "", meaning, "", f"{name}_uncertainty", comment, ())
+
+
 def own_variables(dataset: xr.Dataset) -> list[str]:
     """One's own numbers in a dataset, with their ±, counts of members, and messages."""
     found = [each.name for each in OWN_MESSAGES.values()]

@@ -26,10 +26,13 @@ LETTERS: Final = 3
 """Names so short are symbols themselves: n_x."""
 
 
-def variable_description(name: str) -> variables.Described:
-    """Declaration of a variable; only its name without one."""
-    known = variables.variables_by_name().get(name)
-    return known or variables.Described(name, "", "", "1", "", name, "", "", "", ())
+def variable_description(name: str, dataset: xr.Dataset | None = None) -> variables.Described:
+    """Declaration of a variable, or of one's own number in a dataset; only its name without one."""
+    if name in variables.variables_by_name():
+        return variables.variables_by_name()[name]
+    if dataset is not None and name in variables.own_numbers(dataset):
+        return variables.describe_own_number(dataset, name)
+    return variables.Described(name, "", "", "1", "", name, "", "", "", ())
 
 
 def symbol(name: str) -> str:
@@ -37,9 +40,12 @@ def symbol(name: str) -> str:
     return variable_description(name).symbol or (name if len(name) <= LETTERS else name.replace("_", " "))
 
 
-def label(name: str, over: str = "") -> str:
-    """Axis label of a variable or its ratio to another: meaning, symbol, unit; for a ratio, the unit of the numerator."""
-    variable = variable_description(name)
+def label(name: str, over: str = "", dataset: xr.Dataset | None = None) -> str:
+    """Axis label of a variable or its ratio to another: meaning, symbol, unit; for a ratio, the unit of the numerator.
+
+    dataset: for one's own numbers, which it describes.
+    """
+    variable = variable_description(name, dataset)
     sign = f" {variable.symbol}" if variable.symbol not in variable.meaning else ""
     measure = "" if "/" in sign else variable.measure
     if over:
@@ -235,7 +241,7 @@ def read_points(dataset: xr.Dataset, name: str, over: str = "", where: Selection
     critical = CRITICAL if name == "regime" else ""
     return Points(
         name=f"{name}/{over}" if over else name,
-        label=label(name, over),
+        label=label(name, over, dataset),
         values=number.values,
         errors=number.errors,
         shared=np.nan_to_num(_floats(rows, shared, 0.0)),
@@ -301,7 +307,7 @@ class _Numbers(NamedTuple):
 
 def _number(rows: CaseRows, name: str) -> _Numbers:
     """A variable, its uncertainty (NaN if missing), and whether such numbers have an uncertainty; or texts."""
-    values, uncertainty = rows.values(name), variable_description(name).uncertainty
+    values, uncertainty = rows.values(name), variable_description(name, rows.root).uncertainty
     if values.dtype.kind in "OUTS":
         return _Numbers(values.astype(object), np.full(len(rows), np.nan), False)
     errors = _floats(rows, uncertainty, np.nan)

@@ -626,7 +626,7 @@ def own_number_summary(dataset: xr.Dataset) -> list[str]:
         messages = rows.values(variable.name).tolist()
         for message in dict.fromkeys(filter(None, messages)):
             alike = [number for number, each in enumerate(messages) if each == message]
-            lines.append(f"{message}: {_where(rows, alike, 'drives' if KINDS[kind].driven else 'cases')}")
+            lines.append(f"own numbers: {message}: {_where(rows, alike, 'drives' if KINDS[kind].driven else 'cases')}")
     return lines
 
 

@@ -157,9 +157,10 @@ class Pulling:
         return self._pull(case, recorded, task_drive(self.task))
 
     def motion(self, number: int) -> DynamicsResult | None:
-        """The motion over a member's record with all effects; None if it has none."""
+        """The motion over a member's record with all effects; None if it has none, or one that ended too early."""
         case = self.task.ensemble.case(task_case(self.task), number)
-        return self._pull(case, self.records[number], task_drive(self.task)).part(DynamicsResult)
+        found = self._pull(case, self.records[number], task_drive(self.task))
+        return found.part(DynamicsResult) if found.outcome.usable else None
 
     def _leave_out(self) -> None:
         """First effect whose omission changes the first members' numbers by less than half of the target."""

@@ -14,6 +14,7 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study import api
 from nanoslip.study.dataset.variables import own_numbers
+from nanoslip.study.figures.points import read_points
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import make_plan
@@ -165,6 +166,14 @@ def test_tables_show_them(computed: Path) -> None:
         rows, _ = case_table(data.isel(radius=0).squeeze())
         assert ("largest_drop", "Largest drop of F/W") in [(row[0], row[2]) for row in rows.rows]
         assert any("is_text: " in line and "2 of 2" in line for line in cautions(data))
+
+
+def test_a_figure_has_its_meaning_and_uncertainty(computed: Path) -> None:
+    with nanoslip.open(computed / "out") as data:
+        points = read_points(data, "largest_drop")
+        assert points.label == "Largest drop of F/W"
+        np.testing.assert_array_equal(points.errors, np.ravel(data["largest_drop_uncertainty"]))
+        assert (points.errors > 0.0).all()
 
 
 def test_a_changed_function_is_evaluated_anew_over_the_same_records(tmp_path: Path) -> None:
