@@ -306,6 +306,7 @@ def test_python_takes_functions_and_a_changed_one_is_evaluated_anew(tmp_path: Pa
     assert own_numbers(api.run(PLAIN, tmp_path / "out", progress=False)) == []
 
 
+@pytest.mark.slow
 def test_other_processes_import_functions_from_their_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "own_numbers_of_a_test.py").write_text(MINE)
     monkeypatch.syspath_prepend(str(tmp_path))
