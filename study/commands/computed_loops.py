@@ -12,6 +12,7 @@ from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.table import read_scales
 from nanoslip.study.measured.loops import Loops, measure_loops
 from nanoslip.study.measured.means import Measured
+from nanoslip.study.measured.recording import FEWEST_POINTS
 
 POINTS: Final = 500
 """Evenly spaced points of a stroke of a path, on which its events are seen."""
@@ -62,13 +63,13 @@ def _stage_loops(case: xr.Dataset, attributes: dict[str, object], load: float, r
     spring = math.inf if math.isinf(rig) else float(run["spring_stiffness"])
     loops = _measure(run["sample_stage"].values[later], run["sample_spring_force"].values[later], load, spring)
     width = _slab_width(attributes)
-    numbers = _of_one_start(run, loops)
-    numbers |= _over_starts(run, "loop_energy", "cycle_energy", load * width, "J")
-    numbers |= _over_starts(run, "midstroke_friction", "mid_stroke_friction", 1.0, "1")
+    numbers = _numbers_of_one_start(run, loops)
+    numbers |= _mean_over_starts(run, "loop_energy", "cycle_energy", load * width, "J")
+    numbers |= _mean_over_starts(run, "midstroke_friction", "mid_stroke_friction", 1.0, "1")
     if math.isnan(float(run["midstroke_friction"])):
         numbers.pop("mid_stroke_friction", None)
     if math.isfinite(rig):
-        numbers |= _over_starts(run, "pin_stroke_si", "contact_amplitude", 0.5, "m")
+        numbers |= _mean_over_starts(run, "pin_stroke_si", "contact_amplitude", 0.5, "m")
     return ComputedLoops(loops, numbers, load, of_path=False, machine=0.0)
 
 
@@ -90,11 +91,11 @@ def _path_loops(case: xr.Dataset, attributes: dict[str, object], machine: float)
         forces.append(_force_along(displacement, force, place))
     load, width = float(run[LOAD]), _slab_width(attributes)
     loops = _measure(width * np.concatenate(places), np.concatenate(forces), load, math.inf)
-    numbers = _of_one_start(run, loops)
-    numbers |= _over_starts(run, "loss_per_cycle", "cycle_energy", load * width, "J")
-    numbers |= _over_starts(run, "turn_friction", "turn_friction", 1.0, "1")
-    numbers |= _over_starts(run, "secant_stiffness_si", "secant_stiffness", 1.0, "N m-1")
-    numbers |= _over_starts(run, "cycle_stroke_si", "contact_amplitude", 0.5, "m")
+    numbers = _numbers_of_one_start(run, loops)
+    numbers |= _mean_over_starts(run, "loss_per_cycle", "cycle_energy", load * width, "J")
+    numbers |= _mean_over_starts(run, "turn_friction", "turn_friction", 1.0, "1")
+    numbers |= _mean_over_starts(run, "secant_stiffness_si", "secant_stiffness", 1.0, "N m-1")
+    numbers |= _mean_over_starts(run, "cycle_stroke_si", "contact_amplitude", 0.5, "m")
     return ComputedLoops(loops, numbers, load, of_path=True, machine=machine)
 
 
@@ -106,7 +107,11 @@ def _force_along(displacement: Floats, force: Floats, places: Floats) -> Floats:
 
 def _measure(position: Floats, force: Floats, load: float, spring: float) -> Loops:
     """Loops as a measurement of force and position has them. Raises ValueError where none is whole."""
-    loops = measure_loops(position, force, "1", load, spring)
+    # The samples of a motion that failed end before its time does.
+    done = np.isfinite(position + force)
+    loops = None
+    if np.count_nonzero(done) > FEWEST_POINTS:
+        loops = measure_loops(position[done], force[done], "1", load, spring)
     if loops is None:
         raise ValueError("no cycle of this case is whole: needs more cycles, or more samples in each stroke")
     return loops
@@ -120,14 +125,14 @@ def _slab_width(attributes: dict[str, object]) -> float:
     return scales.slab_width
 
 
-def _of_one_start(run: xr.Dataset, loops: Loops) -> dict[str, Measured]:
+def _numbers_of_one_start(run: xr.Dataset, loops: Loops) -> dict[str, Measured]:
     """Numbers of the start that has its motion in a dataset; without ± if that is one of several."""
     if float(run.get("members", 1.0)) > 1.0:
         return {name: number._replace(uncertainty=math.nan, of=1) for name, number in loops.numbers.items()}
     return dict(loops.numbers)
 
 
-def _over_starts(run: xr.Dataset, name: str, measured: str, factor: float, unit: str) -> dict[str, Measured]:
+def _mean_over_starts(run: xr.Dataset, name: str, measured: str, factor: float, unit: str) -> dict[str, Measured]:
     """A number of a dataset with its ± over starts, by its measured name; none where the dataset has none or a single start."""
     error = f"{name}_uncertainty"
     if name not in run or error not in run or run[name].isnull():

@@ -166,8 +166,8 @@ OF_TRACES: Final = {"static_friction": "mu_s", "kinetic_friction": "mu_k"}
 """Numbers of a trace that are fitted, and their keys. Period and amplitude belong to one spring, mass and velocity."""
 
 
-OF_STAGES: Final = {"cycle_energy": "loop_energy", "mid_stroke_friction": "midstroke_friction"}
-OF_PATHS: Final = {
+STAGE_NUMBERS: Final = {"cycle_energy": "loop_energy", "mid_stroke_friction": "midstroke_friction"}
+PATH_NUMBERS: Final = {
     "cycle_energy": "loss_per_cycle",
     "turn_friction": "turn_friction",
     "secant_stiffness": "secant_stiffness_si",
@@ -178,9 +178,9 @@ OF_PATHS: Final = {
 def loop_targets(manifest: Manifest) -> Mapping[str, str]:
     """Measured numbers of loops that a campaign has, and their names in its dataset; none if it has no loops."""
     if reciprocates(manifest):
-        return OF_STAGES
+        return STAGE_NUMBERS
     is_cyclic = any(value for name in ("amplitude", "stroke") for value in manifest.case_values(name))
-    return OF_PATHS if is_cyclic else {}
+    return PATH_NUMBERS if is_cyclic else {}
 
 
 def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
@@ -189,12 +189,12 @@ def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
     found = _read_trace_json(file, needs)
     # As of a computed drive.
     found["kinetic_friction"] = found.get("mean_force", found.get("kinetic_friction"))
-    targets = _targets_of(file, found, {name: name for name in OF_TRACES}, needs)
+    targets = _make_targets(file, found, {name: name for name in OF_TRACES}, needs)
     units = {found[target.name].get("unit") for target in targets}
     if units != {"1"}:
         raise Refusal(f"{file}: {needs}, which has friction coefficients")
     names = {*given, *(name for name, key in OF_TRACES.items() if key in given)}
-    return _with_errors(file, targets, names)
+    return _select_sure_targets(file, targets, names)
 
 
 def read_loop_numbers(
@@ -206,7 +206,7 @@ def read_loop_numbers(
     """
     needs = "needs the loops that nanoslip trace FILE --load FORCE --json writes of a force over positions that turn"
     found = _read_trace_json(file, needs)
-    targets = _targets_of(file, found, names, needs)
+    targets = _make_targets(file, found, names, needs)
     if not any(target.name == names["cycle_energy"] for target in targets):
         raise Refusal(f"{file}: {needs}")
     scales = manifest.stated_scales
@@ -220,7 +220,7 @@ def read_loop_numbers(
     for target in targets:
         factor = 1.0 / per if target.name == names["cycle_energy"] else 1.0
         scaled.append(target._replace(value=factor * target.value, error=factor * target.error))
-    return _with_errors(file, scaled, given)
+    return _select_sure_targets(file, scaled, given)
 
 
 def _read_trace_json(file: Path, needs: str) -> dict[str, Any]:
@@ -233,7 +233,7 @@ def _read_trace_json(file: Path, needs: str) -> dict[str, Any]:
     return found
 
 
-def _targets_of(file: Path, found: Mapping[str, Any], names: Mapping[str, str], needs: str) -> list[Target]:
+def _make_targets(file: Path, found: Mapping[str, Any], names: Mapping[str, str], needs: str) -> list[Target]:
     """Numbers of a trace by the names that they have in a dataset. Raises Refusal."""
     targets = []
     try:
@@ -246,7 +246,7 @@ def _targets_of(file: Path, found: Mapping[str, Any], names: Mapping[str, str], 
     return targets
 
 
-def _with_errors(file: Path, targets: Sequence[Target], given: Collection[str]) -> list[Target]:
+def _select_sure_targets(file: Path, targets: Sequence[Target], given: Collection[str]) -> list[Target]:
     """The numbers with ±, except those given directly."""
     unsure = [target.name for target in targets if not target.error > 0.0]
     if unsure:

@@ -202,19 +202,19 @@ def show_trace(
         raise Refusal(f"{parameters[0]}: needs --over CAMPAIGN, whose case it selects")
     computed, loops = None, None
     if over and found.loops:
-        loops = _computed_loops(over, parameters, _known_load(trace, weight), reading.rig_stiffness())
+        loops = _computed_loops(over, parameters, _require_load(trace, weight), reading.rig_stiffness())
     elif over:
         computed = _of_drive(over, parameters)
     series = TraceSeries.of({file.name: trace}, {file.name: weight}, reading) if events else None
     if as_json:
         distributions = {"events": as_mapping(series.numbers)} if series else {}
         beside = {"computed": as_mapping(loops.numbers)} if loops else {}
-        print_json({"load": _load_or_nan(trace, weight), **json_of_trace(trace, found), **beside, **distributions})
+        print_json({"load": _find_load(trace, weight), **json_of_trace(trace, found), **beside, **distributions})
     else:
         note(_as_read(trace))
         print_table(loop_table(found.numbers, loops.numbers) if loops else number_table(found.numbers, computed))
         if loops:
-            print_sentences(_loop_sentences(loops, _known_load(trace, weight)))
+            print_sentences(_loop_sentences(loops, _require_load(trace, weight)))
         if series:
             print_table(number_table(series.numbers))
         print_sentences(map(sentence, found.flags))
@@ -297,13 +297,13 @@ def _of_drive(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
             raise Refusal(f"--over {source}: {error_message(error)}") from None
 
 
-def _load_or_nan(trace: Trace, load: float) -> float:
+def _find_load(trace: Trace, load: float) -> float:
     return load if math.isfinite(load) else trace.mean_load
 
 
-def _known_load(trace: Trace, load: float) -> float:
+def _require_load(trace: Trace, load: float) -> float:
     """Normal load of a trace in N: given, or the mean of its column. Raises Refusal if neither is known."""
-    known = _load_or_nan(trace, load)
+    known = _find_load(trace, load)
     if math.isnan(known):
         raise Refusal('--over: needs --load, as "100 N": the energy of a loop of coefficients is not known without')
     return known
@@ -348,12 +348,12 @@ def loop_table(numbers: Mapping[str, Measured], computed: Mapping[str, Measured]
     for name in names:
         measured = numbers[name]
         written_unit = "" if measured.unit == "1" else as_written(measured.unit)
-        beside = _with_known_error(computed[name]) if name in computed else "–"
-        rows.append((name, _with_known_error(measured), beside, written_unit))
+        beside = _measured_text(computed[name]) if name in computed else "–"
+        rows.append((name, _measured_text(measured), beside, written_unit))
     return Table(("number", "measured ±", "computed ±", "unit"), tuple(rows))
 
 
-def _with_known_error(number: Measured) -> str:
+def _measured_text(number: Measured) -> str:
     value, error, count, _ = number
     return with_error(value, error) if count > 1 or math.isfinite(error) else f"{value:.4g}"
 
@@ -365,7 +365,7 @@ def number_table(numbers: Mapping[str, Measured], computed: xr.Dataset | None = 
     for name, number in numbers.items():
         values = plural(number.of, "value") if number.of else "given"
         written_unit = "" if number.unit == "1" else as_written(number.unit)
-        row = [name, TRACE_SYMBOLS.get(name, ""), _with_known_error(number), written_unit, values]
+        row = [name, TRACE_SYMBOLS.get(name, ""), _measured_text(number), written_unit, values]
         if computed is not None:
             row.append(_beside(computed, name, is_periodic))
         rows.append(tuple(row))
@@ -446,7 +446,7 @@ def _draw_loops(axes: Any, found: TraceNumbers, computed: ComputedLoops | None) 
 
 def _energy_text(numbers: Mapping[str, Measured]) -> str:
     energy = numbers["cycle_energy"]
-    return f"{_with_known_error(energy)} {as_written(energy.unit)} a cycle"
+    return f"{_measured_text(energy)} {as_written(energy.unit)} a cycle"
 
 
 def _middle(place: Floats) -> float:

@@ -109,19 +109,19 @@ def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, ri
     slopes = [newtons * slope for slope in slopes if math.isfinite(slope)]
     stiffness = mean_with_error(slopes, stiffness_unit)
     contact = _less_rig(stiffness, rig)
-    of_ways = np.array([stroke.way for stroke in strokes], float)
+    ways = np.array([stroke.way for stroke in strokes], float)
 
-    def of_strokes(measure: StrokeNumber) -> StrokeNumbers:
+    def measure_strokes(measure: StrokeNumber) -> StrokeNumbers:
         values = [measure(position, force, stroke) for stroke in strokes]
-        return StrokeNumbers.of(np.array(values), of_ways)
+        return StrokeNumbers.of(np.array(values), ways)
 
-    works = of_strokes(_work)
-    swings = of_strokes(lambda _, force, stroke: stroke.way * _value_at_turn(position, force, stroke))
-    middles = of_strokes(
+    works = measure_strokes(_work)
+    swings = measure_strokes(lambda _, force, stroke: stroke.way * _value_at_turn(position, force, stroke))
+    middles = measure_strokes(
         lambda position, force, stroke: stroke.way * _mean_within_shares(position, force, stroke, *MIDDLE)
     )
-    widths = of_strokes(lambda position, force, stroke: -stroke.way * _place_of_zero(position, force, stroke))
-    ends = of_strokes(lambda position, _, stroke: stroke.way * _value_at_turn(position, position, stroke))
+    widths = measure_strokes(lambda position, force, stroke: -stroke.way * _place_of_zero(position, force, stroke))
+    ends = measure_strokes(lambda position, _, stroke: stroke.way * _value_at_turn(position, position, stroke))
     energies = works.times(2.0 * newtons)
     # The rig between stage and contact takes up a part of the stage's amplitude.
     amplitudes = StrokeNumbers(ends.values - swings.values * (newtons / rig), ends.fitted)

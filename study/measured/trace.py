@@ -183,7 +183,7 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
         offset = float(np.mean(halves))
     flags_of_parts = [flag for one in found for flag in one.flags]
     unlike = {flag.name: flag for flag in flags_of_parts if flag.name not in OF_PLACES}
-    loops = _loops_of(trace, offset, pull)
+    loops = _measure_stage(trace, offset, pull)
     state = loops.state if loops else None
     elastic = not FRICTIONS & numbers.keys() and _is_triangle(trace.force - offset)
     if (elastic and state != "slides") or state in ("partial_slip", "sticks"):
@@ -199,7 +199,7 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     return TraceNumbers(numbers, (), tuple(flags), offset, rate, tuple(spans), loops)
 
 
-def _loops_of(trace: Trace, offset: float, pull: _Pull) -> Loops | None:
+def _measure_stage(trace: Trace, offset: float, pull: _Pull) -> Loops | None:
     """Loops of a trace with positions that turn; None without, or without a whole cycle."""
     if trace.position is None:
         return None
