@@ -298,6 +298,8 @@ def make_result(
     position, velocity, friction_force = run.samples.T.copy()
     slip_time, slip_position, slip_force, restick_time, restick_position = run.slips.T.copy()
     spring_range = run.largest_spring_force - run.least_spring_force
+    # A stage that fails before its first turn has no time of which a mean could be taken.
+    bins_in_time = BINS / motion.recorded if motion.recorded > 0.0 else math.nan
     return DynamicsResult(
         time=time,
         position=position,
@@ -312,7 +314,7 @@ def make_result(
         restick_position=restick_position,
         micro_slips=run.micro_slips,
         micro_travel=run.micro_travel,
-        binned_force=np.diff(run.impulse) * (BINS / motion.recorded),
+        binned_force=np.diff(run.impulse) * bins_in_time,
         friction_work=run.friction_work,
         stick_velocity=motion.stick_velocity,
         presliding_length=motion.presliding,

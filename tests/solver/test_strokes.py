@@ -57,6 +57,15 @@ def test_a_pin_that_follows_in_short_slips_is_no_pin_that_does_not_slide(record)
     assert math.isnan(loops.turn_static_friction)
 
 
+@pytest.mark.parametrize("steps", [1, 5])
+def test_a_stage_that_fails_before_its_first_turn_is_an_outcome_without_motion(record, steps):
+    found = measure_strokes(record, plateau_of(record), stroke_of(record, 2.0, 0.3, step_limit=steps))
+    assert not found.outcome.ok
+    assert not len(found.legs.direction)
+    assert np.isnan(found.motion.spring_force).all()
+    assert math.isnan(found.loops.loop_energy)
+
+
 @pytest.mark.parametrize("motion", ["triangle", "sine"])
 @pytest.mark.parametrize("damping", [0.0, 1.0])
 def test_the_loop_of_a_slow_stage_is_that_of_a_jenkins_element_in_series(record, motion, damping):
