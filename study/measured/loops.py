@@ -298,8 +298,8 @@ def _less_rig(stiffness: Measured, rig: float) -> Measured:
     error = stiffness.uncertainty
     if stiffness.value - SURE * error > rig:
         shown = f"{stiffness.value:.4g} ± {error:.2g} N/m"
-        remark = f"after a turn the force rises by {shown}, and no contact in a row with a rig is stiffer than the rig"
-        raise InvalidInput("rig", f"{rig:.4g} N/m", f"more than that: {remark}")
+        need = f"more than {shown}, by which the force rises after a turn: contact and rig in a row are softer than the rig"
+        raise InvalidInput("rig", f"{rig:.4g} N/m", need)
     if stiffness.value + (SURE * error if math.isfinite(error) else 0.0) >= rig:
         return Measured(math.nan, math.nan, 0, stiffness.unit)
     # Springs in series: 1/k = 1/k_contact + 1/k_rig, so errors grow by (k_contact/k)².
