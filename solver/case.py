@@ -177,6 +177,11 @@ class Image(NamedTuple):
     height: Floats
 
     @property
+    def lengths(self) -> tuple[float, float]:
+        """Along and across the drag, in L_x; 0 across of a profile."""
+        return float(self.xi[-1] - self.xi[0]), float(self.y[-1] - self.y[0])
+
+    @property
     def points(self) -> Roughness:
         """Points (ξ, height) of a profile, or (ξ, y, height) of an image in the order of nodes."""
         if len(self.y) == 1:

@@ -342,7 +342,6 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
     strained = pressed or case.slip_rule.strength > LARGEST_PRESSURE
     # The slope of the pin itself, at the contact's edge, is half-width over radius.
     is_felt = slope > FELT * narrowest / case.radius
-    lengths = (np.ptp(image.xi), np.ptp(image.y))
     found: list[Flag] = []
     if seen.fewest < fewest:
         found.append(Flag.few_nodes)
@@ -356,7 +355,7 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
         found.append(Flag.unresolved_slab)
     if missed > MISSED * slope and is_felt:
         found.append(Flag.unresolved_roughness)
-    if any(0.0 < length < 2.0 * narrowest for length in lengths):
+    if any(0.0 < length < 2.0 * narrowest for length in image.lengths):
         found.append(Flag.short_profile)
     return tuple(found)
 

@@ -307,9 +307,14 @@ class Trials:
         return self
 
 
-def trials(finished: Finished, count: int, cuts: int, seed: int) -> Iterator[Trials]:
-    """Single bits, so many of each sort of file, and everything else. cuts: places that are cut, overwritten, put into."""
+def trials(finished: Finished, count: int, cuts: int, seed: int, only: str = "") -> Iterator[Trials]:
+    """Single bits, so many of each sort of file, and everything else. cuts: places that are cut, overwritten, put into.
+
+    only: a part of the sorts that are damaged.
+    """
     for sort, path in finished.files.items():
+        if only not in sort:
+            continue
         drawn, whole = random.Random(f"{seed} {sort}"), (finished.out / path).read_bytes()
         yield Trials(sort, "single bits").made(finished, bits(whole, count, drawn))
         others = [Path(os.path.relpath(other, path.parent)) for other in finished.files.values() if other != path]
@@ -329,14 +334,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--bits", type=int, default=ALL_BITS, help="single bits of each sort of file")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="", help="a part of the names of files that are damaged, such as results.nc")
     asked = parser.parse_args()
     pin_arithmetic()
     found = []
     with TemporaryDirectory() as folder:
-        for each in trials(finished(Path(folder)), asked.bits, CUTS, asked.seed):
+        for each in trials(finished(Path(folder)), asked.bits, CUTS, asked.seed, asked.only):
             found.append(each)
             print(each.sort, each.what, dict(each.verdicts), *each.defects[:3], sep="\n", flush=True)
-    show(table(found), Path(__file__).with_suffix(".csv") if asked.bits >= ALL_BITS else None)
+    show(table(found), Path(__file__).with_suffix(".csv") if asked.bits >= ALL_BITS and not asked.only else None)
     sys.exit(any(each.defects for each in found))
 
 
