@@ -320,7 +320,7 @@ def _computed_loops(source: Path, parameters: tuple[str, ...], load: float, rig:
 
 
 def _loop_sentences(computed: ComputedLoops, load: float) -> Iterator[str]:
-    """Title of the computed column, beside the measured one."""
+    """Sentences on the computed column, beside the measured one."""
     yield "computed ± are over starts, or over strokes of a single one; numbers without ± are of the start that is drawn"
     loads = [f"{each:.3g} N" for each in (load, computed.load)]
     if loads[0] != loads[1]:
