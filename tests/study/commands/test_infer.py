@@ -245,7 +245,7 @@ def test_every_starter_can_be_fitted(main: Main, tmp_path: Path, monkeypatch: py
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("starter", ["afm", "ball", "sweep"])
+@pytest.mark.parametrize("starter", ["afm", "sweep"])
 def test_a_starter_goes_from_new_to_fit(main: Main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, starter: str):
     monkeypatch.chdir(tmp_path)
     path, words = walked(starter, main, tmp_path)
