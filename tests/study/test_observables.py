@@ -46,6 +46,8 @@ samples = 20
 fit = false
 observables = ["mine:largest_drop", "mine:own_steps", "mine:fails", "mine:is_text", "mine:leaves", "mine:grows"]
 """
+MEANING, COMMENT = "Largest drop of F/W", "At an event, of all events of a start."
+"""Words of the docstring of `largest_drop`."""
 MINE = '''\
 """Numbers of my own."""
 
@@ -126,8 +128,8 @@ def test_a_number_and_its_uncertainty_are_those_of_the_members(computed: Path) -
 def test_a_docstring_is_the_meaning_and_the_source_is_named_by_its_hash(computed: Path) -> None:
     with nanoslip.open(computed / "out") as data:
         told = data["largest_drop"].attrs
-        assert told["long_name"] == "Largest drop of F/W"
-        assert told["comment"] == "At an event, of all events of a start."
+        assert told["long_name"] == MEANING
+        assert told["comment"] == COMMENT
         assert told["source"] == f"mine:largest_drop, SHA-256 {hashlib.sha256(MINE.encode()).hexdigest()}"
         assert data["own_steps"].attrs["long_name"] == "own steps"
         assert data.attrs["manifest_observables"] == MINE
@@ -164,14 +166,14 @@ def test_tables_show_them(computed: Path) -> None:
         table = scalar_table(data)
         assert {"largest drop", "own steps"} <= set(table.header[table.labels : table.labels + table.asked])
         rows, _ = case_table(data.isel(radius=0).squeeze())
-        assert ("largest_drop", "Largest drop of F/W") in [(row[0], row[2]) for row in rows.rows]
+        assert ("largest_drop", MEANING) in [(row[0], row[2]) for row in rows.rows]
         assert any("is_text: " in line and "2 of 2" in line for line in cautions(data))
 
 
 def test_a_figure_has_its_meaning_and_uncertainty(computed: Path) -> None:
     with nanoslip.open(computed / "out") as data:
         points = read_points(data, "largest_drop")
-        assert points.label == "Largest drop of F/W"
+        assert points.label == MEANING
         np.testing.assert_array_equal(points.errors, np.ravel(data["largest_drop_uncertainty"]))
         assert (points.errors > 0.0).all()
 
