@@ -342,7 +342,7 @@ def wrong_nodes(case: Case, found: NormalContact) -> Nodes:
     x, pin = surface_from_pin(case), make_pin(case)
     # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
     gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + found.u) - found.v, np.inf)
-    return np.asarray(np.where(found.contact, -found.normal_force, -gap) / case.normal_load > INSIDE)
+    return np.asarray(np.where(found.contact, -found.normal_force, -gap) > INSIDE * case.normal_load)
 
 
 def _system(case: Case, compliance: Compliance, contact: Nodes, u: Vector, stuck: bool) -> ContactSystem:

@@ -52,7 +52,8 @@ class Pin:
         rise = self.rises[0, 0]
         if self.rises.size > 1:  # a smooth pin's is one number
             rise = self._apply_to_rows(xi, lambda places, rises: np.interp(places, self.knots, rises))
-        return np.asarray(self.curvature * xi**2 / 2 + rise + self.across)
+        with np.errstate(over="ignore"):  # a search without result may leave places whose height exceeds all numbers
+            return np.asarray(self.curvature * xi**2 / 2 + rise + self.across)
 
     def lower_bound(self, xi: Vector, distance: float) -> Vector:
         """A bound from below of the heights within a distance of ξ, (n,): parabola and rise each at its lowest."""
