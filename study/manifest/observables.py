@@ -96,8 +96,9 @@ class Reference(NamedTuple):
 
 def parse_reference(given: Any) -> Reference:
     """The reference that a text `module:function` is. Raises InvalidInput."""
-    module, _, name = str(given).partition(":")
-    require(KEY, given, isinstance(given, str) and _is_name(module) and _is_name(name), REFERENCE)
+    text = given if isinstance(given, str) else ""
+    module, _, name = text.partition(":")
+    require(KEY, given, _is_name(module) and _is_name(name), REFERENCE)
     return Reference(module, name)
 
 
