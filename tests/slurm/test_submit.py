@@ -1,6 +1,7 @@
 """A real scheduler takes the script, runs the campaign on two nodes, and goes on where a job was cut short."""
 
 import os
+import re
 import shutil
 import signal
 import sys
@@ -38,12 +39,12 @@ def site(tmp_path: Path) -> Path:
     return path
 
 
-def submitted(slurm, campaign: Path, site: Path, *options: object) -> tuple[str, Path]:
-    """Hand a campaign to sbatch as a user would; the last job's number and the folder of results."""
+def submitted_jobs(slurm, campaign: Path, site: Path, *options: object) -> tuple[list[str], Path]:
+    """Hand a campaign to sbatch as a user would; the number of each job and the folder of results."""
     out = campaign.parent / "out"
     nanoslip = ("env", f"PYTHONPATH={ROOT}", sys.executable, "-m", "nanoslip")
     said = slurm(*nanoslip, "submit", campaign, "--out", out, "--site", site, "--submit", *options)
-    return said.split()[-1], out
+    return re.findall(r"Submitted batch job (\d+)", said), out
 
 
 @pytest.fixture
@@ -57,7 +58,7 @@ def long(site: Path) -> Path:
 @pytest.fixture
 def at_work(slurm, long: Path, site: Path) -> tuple[str, Path]:
     """A job whose ranks are at the long campaign; its number and the folder of results, some of which are there."""
-    number, out = submitted(slurm, long, site)
+    (number,), out = submitted_jobs(slurm, long, site)
     while len(written(out)) < 3:
         assert slurm.job(number)["JobState"] in ("PENDING", "RUNNING", "COMPLETING")
         time.sleep(0.02)
@@ -70,7 +71,7 @@ def test_a_campaign_runs_to_its_end_on_two_nodes(slurm, site):
     )  # names that shell and sbatch could misread
     campaign.parent.mkdir()
     campaign.write_text((ROOT / "campaigns" / "smoke.toml").read_text())
-    number, out = submitted(slurm, campaign, site)
+    (number,), out = submitted_jobs(slurm, campaign, site)
     job = slurm.wait(number, "COMPLETED", "FAILED")
     log = (out / f"slurm-{number}.log").read_text()
     assert (job["JobState"], job["ExitCode"]) == ("COMPLETED", "0:0"), log
@@ -85,7 +86,7 @@ def test_a_job_told_to_stop_is_requeued_and_goes_on_to_the_end(slurm, long, at_w
     log = (out / f"slurm-{number}.log").read_text()
     assert (job["JobState"], int(job["Restarts"]) >= 1) == ("COMPLETED", True), log
     before, _, after = log.partition("interrupted: what is finished is kept")
-    assert _tasks_left(after) < _tasks_left(before)
+    assert _tasks_left(after)[0] < _tasks_left(before)[-1]
 
     alone = long.with_name("alone")
     assert nanoslip("run", long, "--out", alone).returncode == 0
@@ -112,7 +113,7 @@ def test_a_rank_that_is_killed_ends_the_step_soon_and_the_job_goes_on_in_another
     log = (out / f"slurm-{number}.log").read_text()
     assert (job["JobState"], int(job["Restarts"]) > starts) == ("COMPLETED", True), log
     before, _, after = log.partition("task 1: Killed")
-    assert _tasks_left(after) < _tasks_left(before)
+    assert _tasks_left(after)[0] < _tasks_left(before)[-1]
     assert (out / "results.nc").is_file()
 
 
@@ -131,7 +132,7 @@ def test_ranks_that_cannot_see_each_other_end_the_job_with_code_2(slurm, site):
     site.write_text(site.read_text() + 'mpi = "none"\n')
     campaign = site.with_name("small.toml")
     campaign.write_text(SMALL)
-    number, out = submitted(slurm, campaign, site)
+    (number,), out = submitted_jobs(slurm, campaign, site)
     job = slurm.wait(number, "COMPLETED", "FAILED")
     log = (out / f"slurm-{number}.log").read_text()
     assert (job["JobState"], job["ExitCode"]) == ("FAILED", "2:0"), log
@@ -140,17 +141,16 @@ def test_ranks_that_cannot_see_each_other_end_the_job_with_code_2(slurm, site):
 
 def test_an_array_of_small_jobs_is_requeued_job_by_job_and_merged_at_its_end(slurm, site, long, nanoslip):
     site.write_text(site.read_text().replace("nodes = 2", "nodes = 1").replace("tasks = 2", "tasks = 1"))
-    merging, out = submitted(slurm, long, site, "--shards", 3)
-    array = str(int(merging) - 1)
+    (array, merging), out = submitted_jobs(slurm, long, site, "--shards", 3)
     first = Shard(1, 3).folder(out)
     while not runs.read_runs(first):  # until it computes
-        assert slurm.job(f"{array}_1")["JobState"] in ("PENDING", "RUNNING")
+        assert slurm.job(f"{array}_1")["JobState"] in ("PENDING", "RUNNING", "COMPLETING")
         time.sleep(0.02)
     slurm("scancel", "--signal", signal.SIGTERM.name, f"{array}_1")
     told = slurm.wait(f"{array}_1", "COMPLETED", "FAILED")
     job = slurm.wait(merging, "COMPLETED", "FAILED")
     logs = {path.name: path.read_text() for path in out.glob("slurm-*.log")}
-    assert (job["JobState"], job["ExitCode"], told["Restarts"]) == ("COMPLETED", "0:0", "1"), logs
+    assert (job["JobState"], job["ExitCode"], int(told["Restarts"]) >= 1) == ("COMPLETED", "0:0", True), logs
     assert sorted(logs) == sorted([*(f"slurm-{array}_{number}.log" for number in (1, 2, 3)), f"slurm-{merging}.log"])
     assert (out / "results.nc").is_file()
     assert not (out / "shards").exists()
@@ -158,8 +158,8 @@ def test_an_array_of_small_jobs_is_requeued_job_by_job_and_merged_at_its_end(slu
     assert '"finished": true' in nanoslip("status", long, "--out", out, "--json").stdout
 
 
-def _tasks_left(log: str) -> int:
-    """How many tasks the only start had left that this part of a job's log tells of."""
-    lines = [line for line in log.splitlines() if "tasks left, 2 ranks" in line]
-    assert len(lines) == 1, log
-    return int(lines[0].split(" tasks left", maxsplit=1)[0].rsplit(maxsplit=1)[-1])
+def _tasks_left(log: str) -> list[int]:
+    """How many tasks each start had left that this part of a job's log tells of; there are more where MPI failed to start."""
+    left = [int(count) for count in re.findall(r"(\d+) tasks? left, 2 ranks", log)]
+    assert left, log
+    return left
