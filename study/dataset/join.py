@@ -163,10 +163,11 @@ def join_datasets(
     merged = _merge_datasets(names, added, dims, roots, sources)
     if not holes:
         _refuse_holes(merged["case_id"], sources)
+    filled = {}
     for name in names:
         kinds = [root[name].dtype for root in roots if name in root.variables]
-        merged[name] = _fill_missing(name, merged[name], np.result_type(*kinds))
-    merged = merged.assign_attrs(_joint_attributes(roots))
+        filled[name] = _fill_missing(name, merged[name], np.result_type(*kinds)).variable
+    merged = merged.assign(filled).assign_attrs(_joint_attributes(roots))  # one by one, each is aligned with all
     merged = merged.set_coords(_distinct_names(root.coords for root in roots))
     shared = read_groups(roots[0])
     groups = {name: _join_group(roots, group) for name, group in all_groups().items() if name in shared}

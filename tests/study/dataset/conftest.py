@@ -47,6 +47,7 @@ def full_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def full(full_folder: Path) -> xr.Dataset:
+    """Opened once: not to be changed, nor loaded in place."""
     return open_dataset(full_folder)

@@ -34,7 +34,7 @@ def test_datasets_paths_and_folders_are_joined_to_what_one_campaign_gives(folder
     with open_dataset(folders[0]) as first:
         joined = concat([first, folders[1] / "results.nc"])
     xr.testing.assert_identical(joined.drop_attrs(deep=False), whole.drop_attrs(deep=False))
-    for radius in (25.0, 50.0, 100.0):
+    for radius in (25.0, 50.0):  # of either
         for draw in ("record", "teeth", "contact", "interior"):
             mine, theirs = (getattr(each.nanoslip, draw)(radius=radius) for each in (joined, whole))
             xr.testing.assert_identical(mine, theirs)
@@ -181,7 +181,7 @@ def test_two_labels_of_one_dataset_stay_two() -> None:
     """Also where each differs from one of another dataset in rounding alone."""
     loads = [[1e-3], [1e-3, 1e-3 * (1.0 + 1e-12)], [1e-3 * (1.0 - 1e-12), 1e-3 * (1.0 + 2e-12)]]
     parts = [computed(stages=["contact"], axes={"normal_load": each}) for each in loads]
-    for first, second in itertools.permutations(range(3), 2):
+    for first, second in itertools.pairwise((0, 1, 2, 0)):  # each is the first once, and the second once
         joined = concat([parts[first], parts[second]], join="outer")
         assert joined["normal_load"].values.tolist() == sorted({*loads[first], *loads[second]})
 

@@ -11,7 +11,6 @@ import xarray as xr
 
 from nanoslip.study.api import open as open_dataset, run
 from nanoslip.study.dataset.file import FILE, with_texts
-from tests.study.dataset.campaigns import FULL
 
 BASE: dict[str, Any] = {
     "title": "base",
@@ -21,22 +20,17 @@ BASE: dict[str, Any] = {
     "limits": {"events": 40},
     "ensemble": {"members": 2},
 }
-KINDS: dict[str, dict[str, Any]] = {
-    "list": BASE | {"design": "zip"},
-    "interface": BASE | {"interface": {"contacts": 2}},
-    "everything": FULL,
-}
-"""The two layouts of cases, and sums of contacts: campaigns of fewer stages have no variables but theirs."""
-EVERYDAY = ("list", "everything")
+LIST = BASE | {"design": "zip", "interface": {"contacts": 2}}
+"""A list of cases, with the variables of an interface."""
 
 
-@pytest.fixture(
-    scope="module",
-    params=[pytest.param(kind, marks=() if kind in EVERYDAY else pytest.mark.slow) for kind in KINDS],
-)
+@pytest.fixture(scope="module", params=["list", pytest.param("everything", marks=pytest.mark.slow)])
 def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A dataset of either layout, with all variables between them: campaigns of fewer stages have none but theirs."""
+    if request.param == "everything":
+        return Path(request.getfixturevalue("full_folder"))
     folder: Path = tmp_path_factory.mktemp("plain")
-    run(KINDS[request.param], folder).close()
+    run(LIST, folder).close()
     return folder
 
 
