@@ -105,12 +105,14 @@ class FittedCycles(NamedTuple):
     """Samples in a cycle, at the median."""
     cell: Cell | None = None
     """Cell that rings after each slip, if that is seen."""
+    cut: Sequence[int] = ()
+    """Numbers of slips between the others that have a gap in their samples."""
 
     def together(self) -> NDArray[np.bool_]:
-        """True for each pair of neighbouring cycles without one between them that does not fit."""
+        """True for each pair of neighbouring cycles without a gap or one between them that does not fit."""
         fit = []
         for low, high in pairwise(self.chosen):
-            between = [number for number in self.unlike if low < number < high]
+            between = [number for number in (*self.unlike, *self.cut) if low < number < high]
             fit.append(not between)
         return np.array(fit, bool)
 
@@ -158,18 +160,19 @@ def find_common_misfit(cycles: Sequence[Cycle]) -> float:
 def fit_cycles(averages: Averaged, whole: list[int], rates: list[float], damping: float | None) -> FittedCycles:
     """Fit Eq. 16-19 to slips, with a cell that rings after each if this explains a misfit that all slips share.
 
-    Fits that leave the measured forces and their noise are none.
+    Fits that leave the measured forces and their noise are none. whole: numbers of slips whose samples have no gap.
     """
     places = np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))
     chosen = [whole[int(place)] for place in places]
-    found = _fit_chosen(averages, chosen, rates, damping, None)
+    cut = sorted({*range(min(whole, default=0), max(whole, default=0))} - {*whole})
+    found = _fit_chosen(averages, chosen, rates, damping, None)._replace(cut=cut)
     knows_damping = bool(found.damping.of) or found.given
     if not knows_damping or not find_common_misfit(found.cycles):
         return found
     cell = _guess_cell(averages, found, rates, damping)
     with_cell = _fit_chosen(averages, chosen, rates, damping, cell)
     explains = len(with_cell.cycles) >= len(found.cycles) and not find_common_misfit(with_cell.cycles)
-    return with_cell if explains else found
+    return with_cell._replace(cut=cut) if explains else found
 
 
 def _fit_chosen(

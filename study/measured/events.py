@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import compress, pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -76,6 +77,7 @@ def _events_of_pull(trace: Trace) -> Floats:
     behind = [_trough_force(at, force, trough, high) for trough, high in zip(troughs, highs[1:], strict=True)]
     begins = at[peaks] if peaks else np.empty(0)
     apart = np.diff(begins)
+    apart[[averages.has_gap(peak, following) for peak, following in pairwise(peaks)]] = math.nan
     drops = np.array(before) - np.array(behind)
     recurrence, step = np.append(math.nan, apart), np.append(apart, math.nan)
     return np.array([begins, before, drops, recurrence[: len(begins)], step[len(step) - len(begins) :], rises])
@@ -84,20 +86,27 @@ def _events_of_pull(trace: Trace) -> Floats:
 def _drop_rings(averages: Averaged) -> tuple[list[TraceSlip], list[float]]:
     """Falls beyond noise that end in a rise, and the rates at which the force rose before them.
 
+    A fall across a gap is of unknown size, and none; the rate of a rise across one is NaN.
     Before a fall the force rises by k·V, or by less if the pin slides. What rises faster is the ringing of the fall before, and
     no event. k·V is the rate of most of the time.
     """
     at, force = averages.trace.at, averages.trace.force
-    found = [slip for slip in find_slips(force, NOISE * averages.noise) if slip.peak > 0 and slip.ended]
+    ended = [slip for slip in find_slips(force, NOISE * averages.noise) if slip.peak > 0 and slip.ended]
+    lows = [0, *(slip.trough for slip in ended)]
+    known = [not averages.has_gap(slip.peak, slip.trough) for slip in ended]
+    found = list(compress(ended, known))
     if not found:
         return [], []
-    lows = [0, *(slip.trough for slip in found)]
+    lows = list(compress(lows, known))
     rises = np.array([rise_rate(at, force, low, slip.peak) for low, slip in zip(lows, found, strict=False)])
     lasts = np.array([at[slip.peak] - at[low] for low, slip in zip(lows, found, strict=False)])
+    gaps = np.array([averages.has_gap(low, slip.peak) for low, slip in zip(lows, found, strict=False)])
+    lasts[gaps & ~gaps.all()] = 0.0  # they tell nothing beside others
     order = np.argsort(rises)
     half = np.searchsorted(np.cumsum(lasts[order]), lasts.sum() / 2.0)
     usual = float(rises[order][half])
-    kept = np.flatnonzero(rises <= FASTER_THAN_PULL * usual)
+    kept = np.flatnonzero((rises <= FASTER_THAN_PULL * usual) | gaps)
+    rises[gaps] = math.nan
     return [found[place] for place in kept], rises[kept].tolist()
 
 

@@ -18,7 +18,7 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.measured.means import Measured, mean_with_error
-from nanoslip.study.measured.recording import FEWEST_POINTS, NOISE, noise_deviation, turning_points
+from nanoslip.study.measured.recording import FEWEST_POINTS, NOISE, find_gaps, noise_deviation, turning_points
 
 MIDDLE: Final = (0.4, 0.6)
 """Shares of a stroke's way between which friction is that at mid-stroke."""
@@ -63,11 +63,11 @@ class Loops:
     strokes: tuple[LoopStroke, ...]
 
 
-def whole_strokes(position: Floats) -> list[LoopStroke]:
+def whole_strokes(position: Floats, at: Floats | None = None) -> list[LoopStroke]:
     """Strokes of a stage from turn to turn; a part that is shorter than half of the longest is none.
 
     A trace begins and ends anywhere: its first and last stroke count if they go as far as their neighbour, within the noise of
-    positions and a step at each end.
+    positions and a step at each end. at: time or way of each sample, in which a stroke has no gap.
     """
     turns = turning_points(position)
     strokes = []
@@ -81,16 +81,29 @@ def whole_strokes(position: Floats) -> list[LoopStroke]:
         least[0] = max(least[0], lengths[1] - open_ends)
         least[-1] = max(least[-1], lengths[-2] - open_ends)
     far = [stroke for stroke, length, most in zip(strokes, lengths, least, strict=True) if length > most]
-    return [stroke for stroke in far if stroke.last - stroke.first >= FEWEST_POINTS]
+    found = [stroke for stroke in far if stroke.last - stroke.first >= FEWEST_POINTS]
+    if at is None:
+        return found
+    usual = float(np.median(np.diff(at[turns])))
+    gaps = find_gaps(at, usual)
+    # Beside a gap it is not known where the stage turned.
+    return [stroke for stroke in found if not gaps[max(stroke.first - 1, 0) : stroke.last + 1].any()]
 
 
-def measure_loops(position: Floats, force: Floats, unit: str, newtons: float, rig: float = math.inf) -> Loops | None:
+def measure_loops(
+    position: Floats,
+    force: Floats,
+    unit: str,
+    newtons: float,
+    rig: float = math.inf,
+    at: Floats | None = None,
+) -> Loops | None:
     """Numbers of all whole strokes; None without one there and one back.
 
     newtons: newtons per unit of the force, NaN for a coefficient without load. rig: stiffness in N/m between the stage and the
-    contact. Raises InvalidInput for a rig that is softer than the loop.
+    contact. at: time or way of each sample; None without gaps. Raises InvalidInput for a rig that is softer than the loop.
     """
-    strokes = whole_strokes(position)
+    strokes = whole_strokes(position, at)
     if len({stroke.way for stroke in strokes}) < 2:
         return None
     per_load = math.isnan(newtons)

@@ -385,6 +385,27 @@ def noise_deviation(force: Floats, width: int = 1) -> float:
     return max(noise, float(rounding) / math.sqrt(width))
 
 
+CHANCE_OF_STEP: Final = 1e-3
+"""Probability with which the longest of all steps between samples that come at random counts as a gap."""
+
+
+def find_gaps(at: Floats, cycle: float) -> NDArray[np.bool_]:
+    """True for each step between samples (n - 1,) in which more than a tenth of a cycle of this length is not recorded.
+
+    In less a stuck pin's force rises by less than what counts as a slip. Steps as long as those of a trace with samples at random
+    are usual, and so are those that single spikes leave.
+    """
+    steps = np.diff(at)
+    usual = float(np.median(steps))
+    # Exponential steps of mean m: their median is m ln 2, their ninth decile m ln 10, and the longest of n exceeds m ln(n/p) with
+    # probability p.
+    mean = (float(np.quantile(steps, 0.9)) - usual) / math.log(5.0)
+    by_chance = usual + mean * math.log(len(steps) / (2.0 * CHANCE_OF_STEP))
+    longest = max(by_chance, (_BESIDE + 1) * usual, usual + LEAST_DROP * cycle)
+    found: NDArray[np.bool_] = steps > longest
+    return found
+
+
 def outliers(force: Floats) -> NDArray[np.bool_]:
     """Samples far from the median of their neighbours (Hampel's filter), above all noise; and spikes of a single
     sample in a slip.

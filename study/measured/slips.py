@@ -7,10 +7,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import FEWEST
-from nanoslip.study.measured.recording import FEWEST_POINTS, LEAST_DROP, NOISE, Trace, noise_deviation
+from nanoslip.study.measured.recording import FEWEST_POINTS, LEAST_DROP, NOISE, Trace, find_gaps, noise_deviation
 
 
 class TraceSlip(NamedTuple):
@@ -22,13 +23,27 @@ class TraceSlip(NamedTuple):
 
 
 class Averaged(NamedTuple):
-    """Averages of neighbouring samples, their noise, the fall of force that counts as a slip, and the slips."""
+    """Averages of neighbouring samples, their noise, the fall of force that counts as a slip, the slips, and gaps.
+
+    gaps: True for each step between samples in which a part of a cycle is not recorded.
+    """
 
     width: int
     trace: Trace
     noise: float
     drop: float
     slips: list[TraceSlip]
+    gaps: NDArray[np.bool_]
+
+    def has_gap(self, first: int, last: int) -> bool:
+        """True if a gap lies between two samples."""
+        return bool(self.gaps[first:last].any())
+
+    def recorded_time(self) -> Floats:
+        """Time since the first sample, or way, less that of gaps."""
+        steps = np.diff(self.trace.at)
+        kept = np.where(self.gaps, np.median(steps), steps)
+        return np.concatenate(([0.0], np.cumsum(kept)))
 
 
 def _averaging_width(trace: Trace, width: int) -> Averaged:
@@ -37,7 +52,17 @@ def _averaging_width(trace: Trace, width: int) -> Averaged:
     force = trace.force
     drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
     slips = [slip for slip in find_slips(force, max(NOISE * noise, drop)) if slip.peak > 0]
-    return Averaged(width, trace, noise, drop, slips)
+    return Averaged(width, trace, noise, drop, slips, find_gaps(trace.at, _usual_cycle(trace, slips)))
+
+
+def _usual_cycle(trace: Trace, slips: Sequence[TraceSlip]) -> float:
+    """Usual time, or way, from slip to slip; of a single one that of its rise, without slips that of the whole trace."""
+    if not slips:
+        return float(np.ptp(trace.at))
+    peaks = [slip.peak for slip in slips]
+    if len(peaks) == 1:
+        peaks = [begin_of_rise(trace.force, peaks[0]), *peaks]
+    return float(np.median(np.diff(trace.at[peaks])))
 
 
 def narrowest_means(trace: Trace) -> Averaged:
@@ -78,6 +103,7 @@ def end_of_pull(averages: Averaged) -> int:
 def _rests(averages: Averaged) -> bool:
     """True if the force falls for the last time below a tenth of its peak, and a pull as before would have raised it again."""
     at, force, slips = averages.trace.at, averages.trace.force, averages.slips
+    time = averages.recorded_time()
     last, before = slips[-1], slips[-2].trough if len(slips) > 1 else 0
     low = 0.75 * force[last.trough] + 0.25 * force[last.peak]
     fell = last.peak + int(np.argmax(force[last.peak :] <= low))
@@ -85,7 +111,7 @@ def _rests(averages: Averaged) -> bool:
         return False
     if abs(np.median(force[fell:])) > LEAST_DROP * force[last.peak]:
         return False
-    raised = rise_rate(at, force, before, last.peak) * (at[-1] - at[fell])
+    raised = rise_rate(at, force, before, last.peak) * (time[-1] - time[fell])
     return bool(raised > 2.0 * max(averages.drop, NOISE * averages.noise))
 
 
@@ -96,7 +122,7 @@ def keeps_sliding(averages: Averaged) -> bool:
     A single slip is compared with the time in which its force rose: how long the stage was at rest before tells
     nothing.
     """
-    at, force, slips = averages.trace.at, averages.trace.force, averages.slips
+    at, force, slips = averages.recorded_time(), averages.trace.force, averages.slips
     if not slips:
         return True
     peaks = at[[slip.peak for slip in slips]]
@@ -154,9 +180,17 @@ def top_of_ramp(force: Floats, level: float) -> int:
 
 
 def ramp(at: Floats, force: Floats, level: float) -> list[float]:
-    """Rate of the force's rise before steady sliding; empty if the trace begins there."""
+    """Rate of the force's rise before steady sliding; empty if the trace begins there, or has a gap."""
     top = top_of_ramp(force, level)
-    return [rise_rate(at, force, 0, top)] if top else []
+    if not top or _has_gap_in_ramp(at, force, top):
+        return []
+    return [rise_rate(at, force, 0, top)]
+
+
+def _has_gap_in_ramp(at: Floats, force: Floats, top: int) -> bool:
+    low = begin_of_rise(force, top)
+    gaps = find_gaps(at, float(at[top] - at[low]))
+    return bool(gaps[low:top].any())
 
 
 FASTER_THAN_PULL: Final = 1.5
@@ -198,7 +232,8 @@ class Breakaway(NamedTuple):
 
 
 def breakaway(at: Floats, force: Floats, level: float) -> Breakaway | None:
-    """The force at the end of the ramp before steady sliding, where it is above the level of sliding; None where it is not.
+    """The force at the end of the ramp before steady sliding, where it is above the level of sliding; None where it is not,
+    or where a gap may hide it.
 
     Single samples of it are lost in noise. So it is where two lines fit best, near where means fall most, and the line through
     the eighth of the ramp before, taken there. It is above the level if by five standard deviations of such means.
@@ -212,6 +247,8 @@ def breakaway(at: Floats, force: Floats, level: float) -> Breakaway | None:
     ramp_length = top - low
     after = np.arange(top, min(top + ramp_length, len(force) - width))
     if 2 * width > ramp_length or not len(after):
+        return None
+    if find_gaps(at, float(at[top] - at[low]))[low : top + ramp_length].any():
         return None
     # Sum of `width` samples before each place, less that of as many after it.
     falls = 2.0 * sums[after] - sums[after - width] - sums[after + width]

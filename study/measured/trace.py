@@ -5,7 +5,7 @@ ends. So k, V and the mass need not be known. Each cycle is fitted alone; the ±
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final, NamedTuple
@@ -206,7 +206,7 @@ def _measure_stage(trace: Trace, offset: float, pull: _Pull) -> Loops | None:
     newtons = trace.mean_load
     if math.isnan(newtons):
         newtons = 1.0 if trace.unit == "N" and math.isnan(pull.load) else pull.load
-    return measure_loops(trace.position, trace.force - offset, pull.unit, newtons, pull.rig)
+    return measure_loops(trace.position, trace.force - offset, pull.unit, newtons, pull.rig, trace.at)
 
 
 def _loop_flags(trace: Trace, loops: Loops | None) -> Iterator[TraceFlag]:
@@ -303,8 +303,8 @@ def _ringing_numbers(trace: Trace, width: int, pull: _Pull) -> TraceNumbers:
     period = width * float(np.median(np.diff(trace.at)))
     numbers = dict(found.numbers)
     if static := numbers.get("static_friction"):
-        (rate,) = ramp(trace.at, trace.force, float(np.median(trace.force)))
-        uncertainty = math.hypot(static.uncertainty, rate * period)
+        rates = ramp(trace.at, trace.force, float(np.median(trace.force)))
+        uncertainty = math.hypot(static.uncertainty, rates[0] * period) if rates else math.nan
         numbers["static_friction"] = static._replace(uncertainty=uncertainty)
     for name in numbers.keys() & {"spring_force_amplitude", "natural_period", "damping_ratio"}:
         numbers[name] = numbers[name]._replace(uncertainty=math.nan)
@@ -320,10 +320,15 @@ def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
         slips = []
     slides = keeps_sliding(averages._replace(slips=slips))
     lows = [0, *(slip.trough for slip in slips)]  # where the force begins to rise
-    rates = [rise_rate(at, force, low, slip.peak) for low, slip in zip(lows, slips, strict=False)]
+    rates = [
+        math.nan if averages.has_gap(low, slip.peak) else rise_rate(at, force, low, slip.peak)
+        for low, slip in zip(lows, slips, strict=False)
+    ]
+    highs = [*(slip.peak for slip in slips[1:]), len(at) - 1]  # where it has risen again
+    known = [not averages.has_gap(low, high) for low, high in zip(lows, highs, strict=False)]
     whole: list[int] = []
     if not slides:
-        whole = [number for number, slip in enumerate(slips) if slip.ended]
+        whole = [number for number, slip in enumerate(slips) if slip.ended and known[number]]
     fitted = fit_cycles(averages, whole, rates, pull.damping)
     cycles = tuple(fitted.cycles)
     numbers: dict[str, Measured] = {}
@@ -331,7 +336,7 @@ def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
         numbers = _cycle_numbers(fitted, pull.unit, "s" if trace.over == "time" else "m")
         numbers |= mean_of_cycles(at, force, [cycle.start for cycle in cycles], pull.unit, fitted.together())
     elif whole:
-        numbers = _sample_numbers(at, force, [slips[number] for number in whole], pull.unit, trace.over)
+        numbers = _sample_numbers(at, force, {number: slips[number] for number in whole}, pull.unit, trace.over)
     flags += _fit_flags(averages, fitted, pull)
     if slides and not backward:
         numbers |= _sliding(trace, averages._replace(slips=slips), pull, flags)
@@ -349,11 +354,12 @@ def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
                 broken = min(ringing.force, peak)
                 breaks = int(np.argmax(force >= broken))
                 rates = [rise_rate(at, force, 0, breaks)] if breaks > FEWEST else []
-    if rates:
-        slopes = pull.newtons * np.array(rates[1:] or rates)
+    slopes = pull.newtons * np.array(rates[1:] or rates)
+    slopes = slopes[np.isfinite(slopes)]
+    if len(slopes):
         numbers |= _stiffness(trace, slopes, pull.velocity, pull.load)
     if any(cut):
-        peaks_of_slips = np.array([force[slip.peak] for slip in slips])
+        peaks_of_slips = np.array([force[slip.peak] for slip, is_known in zip(slips, known, strict=False) if is_known])
         numbers = _numbers_within_limits(numbers, cut, peaks_of_slips, pull.unit)
         flags = [TraceFlag("sensor_limit", {"low": cut.low, "high": cut.high})]
     if not (FRICTIONS & numbers.keys() or SILENCING & {flag.name for flag in flags}):
@@ -375,16 +381,22 @@ def _numbers_within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Flo
     return {"static_friction": mean_with_error(peaks, unit), **kept}
 
 
-def _sample_numbers(at: Floats, force: Floats, slips: Sequence[TraceSlip], unit: str, over: str) -> dict[str, Measured]:
-    """Numbers of slips that Eq. 16-19 do not fit: their largest and least samples, and their periods."""
-    peaks, troughs = [slip.peak for slip in slips], [slip.trough for slip in slips]
-    periods = np.diff(at[peaks])[1:]
+def _sample_numbers(
+    at: Floats, force: Floats, slips: Mapping[int, TraceSlip], unit: str, over: str
+) -> dict[str, Measured]:
+    """Numbers of slips that Eq. 16-19 do not fit: their largest and least samples, and their periods.
+
+    slips: by number in the trace; between those that do not follow each other is a gap.
+    """
+    peaks, troughs = [slip.peak for slip in slips.values()], [slip.trough for slip in slips.values()]
+    together = np.diff(list(slips)) == 1
+    from_rest = together[0] and 0 in slips if len(together) else False
+    periods = np.diff(at[peaks])[together][int(from_rest) :]
     found = {
         "static_friction": mean_with_error(force[peaks], unit),
         "spring_force_amplitude": mean_with_error(force[peaks] - force[troughs], unit),
         "stick_slip_period": mean_with_error(periods, "s" if over == "time" else "m"),
     }
-    together = np.ones(len(peaks) - 1, bool)
     found |= mean_of_cycles(at, force, at[peaks].tolist(), unit, together)
     return {name: number for name, number in found.items() if number.of}
 
@@ -397,7 +409,9 @@ def _sliding(trace: Trace, averages: Averaged, pull: _Pull, flags: list[TraceFla
     slips, found = averages.slips, averages.trace
     first = slips[-1].peak if slips else 0
     at, force = found.at[first:], found.force[first:]
-    value, start, share = steady_mean(at, force, pull.unit)
+    time = averages.recorded_time()[first:]
+    value, start, share = steady_mean(time, force, pull.unit)
+    start = float(np.interp(start, time, at))
     level = value.value if not math.isfinite(share) else float(np.median(force))
     static = _breakaway(trace, averages, level, pull.unit)
     if math.isfinite(share):
@@ -417,7 +431,7 @@ def _breakaway(trace: Trace, averages: Averaged, level: float, unit: str) -> dic
     lone = len(slips) < 2 and breakaway(trace.at, trace.force, level)
     if lone and (averages.width > 1 or not slips):
         return {"static_friction": Measured(lone.force, lone.error, 1, unit)}
-    if not slips:
+    if not slips or averages.has_gap(begin_of_rise(averages.trace.force, slips[0].peak), slips[0].trough):
         return {}
     return {"static_friction": Measured(float(averages.trace.force[slips[0].peak]), averages.noise, 1, unit)}
 
@@ -502,6 +516,9 @@ def _noise_flags(averages: Averaged, pull: _Pull) -> Iterator[TraceFlag]:
     begins = float(force[0])
     if averages.width > 1:
         yield TraceFlag("averaged", {"width": averages.width})
+    if count := int(averages.gaps.sum()):
+        longest = float(np.diff(averages.trace.at)[averages.gaps].max())
+        yield TraceFlag("gaps", {"count": count, "longest": longest, **units})
     if abs(begins) > max(NOISE * averages.noise, 0.02 * float(force.max())):
         yield TraceFlag("offset", {"begins": begins, **units})
     if NOISE * averages.noise > averages.drop:
