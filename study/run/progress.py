@@ -72,11 +72,13 @@ def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float]
     tasks: needs first. seconds: of each task.
     """
     chains: dict[str, float] = {}
+    whole = 0.0
     for task in tasks:
+        own = seconds(task)
         needed = [chains.get(need, 0.0) for need in task.needs]
-        chains[task.key] = seconds(task) + max(needed, default=0.0)
-    shared_evenly = sum(map(seconds, tasks)) / ranks
-    return max(shared_evenly, max(chains.values(), default=0.0))
+        chains[task.key] = own + max(needed, default=0.0)
+        whole += own
+    return max(whole / ranks, max(chains.values(), default=0.0))
 
 
 def roughly(seconds: float) -> str:

@@ -108,7 +108,7 @@ class Computed:
     """Scalars of all members that are in no part."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Kind:
     """One kind of task. Its stage is its place in KINDS."""
 
@@ -135,7 +135,7 @@ class Kind:
 
 
 class Kinds(Mapping[str, Kind]):
-    """Name -> kind of task, which is loaded when it is asked for: a stage each, none of which needs a later one."""
+    """Name -> kind of task, which is loaded when it is first asked for: a stage each, none of which needs a later one."""
 
     NAMES: Final = (
         "compliance",
@@ -150,11 +150,15 @@ class Kinds(Mapping[str, Kind]):
         "drive_observables",
     )
 
+    def __init__(self) -> None:
+        self.loaded: dict[str, Kind] = {}
+
     def __getitem__(self, name: str) -> Kind:
-        if name not in self.NAMES:
-            raise KeyError(name)
-        kind: Kind = import_module(f"{__package__}.{name}").KIND
-        return kind
+        if name not in self.loaded:
+            if name not in self.NAMES:
+                raise KeyError(name)
+            self.loaded[name] = import_module(f"{__package__}.{name}").KIND
+        return self.loaded[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.NAMES)

@@ -23,6 +23,7 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store
 from nanoslip.study.tasks import record
+from nanoslip.study.tasks.kind import KINDS
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import compute
 
@@ -64,10 +65,10 @@ def slid(*given: Any) -> tuple[WithFalls, Any]:
 
 def declare(patch: pytest.MonkeyPatch, old: type, new: type) -> None:
     """As if the new dataclass stood where the old one does."""
-    kind = record.KIND
+    kind = KINDS["record"]
     variables.variables_by_name()  # what other modules remember of it is what is declared now
     parts = tuple(part._replace(type=new) if part.type is old else part for part in kind.parts)
-    patch.setattr(record, "KIND", replace(kind, parts=parts))
+    patch.setitem(KINDS.loaded, "record", replace(kind, parts=parts))
     patch.setattr(
         variables, "variables_by_name", variables.variables_by_name.__wrapped__
     )  # which remembers what was declared
