@@ -1,6 +1,6 @@
 """What each fault does to a run on each of two ranks, and in a shard of two processes.
 
-All faults are in one run on ranks, and in shards those on which results depend; each is followed by a sound task. As a program
+All faults are met by rank 0, and by rank 1 and in shards one of each way to end; each is followed by a sound task. As a program
 it is that run, and what came of it goes to standard output as JSON: FOLDER RANK computes made-up tasks under a launcher of two
 ranks so that this one meets the faults; FOLDER nanoslip ... is the command line with faults in a campaign.
 """
@@ -27,7 +27,7 @@ from tests.study.run.made_up import Diary, Work
 
 PROGRAM: Final = "tests.study.run.matrix"
 SHARDS: Final = 2
-IN_SHARDS: Final = (
+EACH_WAY: Final = (
     *("exception", "half a letter in its text", "text of 2 MB", "escapes in its text", "SystemExit(0)", "MemoryError"),
     *("result None", "result lambda", "result array of objects", "os._exit(0)", "segmentation fault", "endless loop"),
     *("writes into every open file", "SIGKILL to its group", "fork of which both return"),
@@ -36,8 +36,8 @@ IN_SHARDS: Final = (
 )
 """One of each way to end, and all that a dataset says or results are written with. How else a child ends does not depend on what
 it computes, and each that hangs takes `limits.seconds` here."""
-LOADS: Final = [round(1e-3 * (1.0 + 0.01 * number), 6) for number in range(2 * len(IN_SHARDS))]
-FAULTY: Final = dict(zip(LOADS[::2], IN_SHARDS, strict=True))
+LOADS: Final = [round(1e-3 * (1.0 + 0.01 * number), 6) for number in range(2 * len(EACH_WAY))]
+FAULTY: Final = dict(zip(LOADS[::2], EACH_WAY, strict=True))
 """Load of a contact -> its fault."""
 CAMPAIGN: Final = f"""\
 title = "Every second contact has a fault"
@@ -46,6 +46,11 @@ axes.normal_load = {LOADS}
 numerics.n_x = 17
 limits.seconds = 20.0
 """
+
+
+def met_by(rank: int) -> tuple[str, ...]:
+    """Faults that a rank meets: both have the same children, and differ only in the way of the message to rank 0."""
+    return EACH_WAY if rank else tuple(FAULTS)
 
 
 class Found(NamedTuple):
@@ -59,8 +64,9 @@ class Found(NamedTuple):
 
 
 def compute(folder: Path, rank: int) -> None:
-    """Compute tasks with all faults, each followed by a sound one."""
-    tasks = [task for fault in FAULTS for task in (faults.work(fault), Work(f"sound {fault}", limit=60.0))]
+    """Compute tasks with the faults that this rank is to meet, each followed by a sound one."""
+    names = met_by(rank)
+    tasks = [task for fault in names for task in (faults.work(fault), Work(f"sound {fault}", limit=60.0))]
     tasks.insert(1 - rank, BLOCKER)  # idle ranks get the first ones, in their order
     diary = Diary()
     with open_farm(faults.program(folder)) as farm:
@@ -70,7 +76,7 @@ def compute(folder: Path, rank: int) -> None:
         ended, where = diary.reported, {key: f"rank {done.where.rank}" for key, done, _ in reversed(diary.attempts)}
         found = {
             name: (ended[name].ending, ended[name].message, ended[f"sound {name}"].ok, where.get(name, ""))
-            for name in FAULTS
+            for name in names
         }
         print(json.dumps(found), flush=True)
         farm.leave(0)
@@ -113,12 +119,12 @@ def in_shards(folder: Path) -> dict[str, Found]:
     }
 
 
-PLACES: Final[dict[str, Callable[[Path], dict[str, Found]]]] = {
-    "rank 0 of 2": on_two(0),
-    "rank 1 of 2": on_two(1),
-    "shard": in_shards,
+PLACES: Final[dict[str, tuple[tuple[str, ...], Callable[[Path], dict[str, Found]]]]] = {
+    "rank 0 of 2": (met_by(0), on_two(0)),
+    "rank 1 of 2": (met_by(1), on_two(1)),
+    "shard": (EACH_WAY, in_shards),
 }
-"""Where faults are met -> the run."""
+"""Where faults are met -> the faults, and the run."""
 
 
 def _command(folder: Path, code: int, name: str, *options: str) -> None:
