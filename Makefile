@@ -9,14 +9,14 @@ BIN := .venv/bin
 INSTALL = PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
 # Let Python write .pyc files, so that test processes start faster.
 unexport PYTHONDONTWRITEBYTECODE
-# Tests on all cores.
-SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
+# Tests on all cores, in their order: a process that has done its share takes half of another's.
+SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8 --dist worksteal
 # Heavy tests, by one process more than there are cores: a fifth of their time they wait for what they have started.
 ONE_MORE = --numprocesses $(shell $(PYTHON) -c 'import os; print(1 + os.cpu_count())') --maxprocesses 8
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.\(slow\|everyday\)' tests)
 
-.PHONY: run reproduce figures findings kernels test test-arithmetic test-slow test-all mutants benchmarks hard docs dist lowest check format clean
+.PHONY: run reproduce figures findings kernels test test-arithmetic test-slow heavy slurm test-all mutants benchmarks hard docs dist lowest check format clean
 
 run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
 	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
@@ -41,8 +41,8 @@ findings: .venv/installed  ## the claims of docs/findings.md and their figures; 
 kernels: .venv/dev  ## compile what tests run; else each of their processes does
 	$(BIN)/python -m tests.kernels
 
-test: kernels  ## the everyday tests, each file's in one process, which makes its fixtures once
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist loadfile -m "not slow"
+test: kernels  ## the everyday tests: each process has its share of files, whose fixtures it makes once; an idle one takes some over
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow"
 
 # Compiled code without AVX and FMA, and compliances rounded otherwise, which stands for another kernel of linear algebra.
 OTHER_ARITHMETIC := NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= NANOSLIP_TEST_ROUNDING=1
@@ -50,10 +50,15 @@ OTHER_ARITHMETIC := NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= NANOSLIP_TEST_ROU
 COMPUTED := tests/solver tests/hard_cases tests/study/plan $(foreach of,arithmetic collection comparison verification,tests/study/dataset/test_$(of).py)
 test-arithmetic: .venv/dev  ## the everyday tests of what computes, as another processor would compute it
 	$(OTHER_ARITHMETIC) $(BIN)/python -m tests.kernels
-	$(OTHER_ARITHMETIC) $(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist loadfile -m "not slow" --ignore tests/solver/elasticity $(COMPUTED)
+	$(OTHER_ARITHMETIC) $(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow" --ignore tests/solver/elasticity $(COMPUTED)
 
-test-slow: .venv/dev  ## the heavy ones: real launchers, a real scheduler, long computations; an idle process takes the next
+test-slow:  ## the heavy ones, and beside them those of a real scheduler, which mostly wait
+	$(MAKE) --jobs 2 heavy slurm
+
+heavy: .venv/dev  ## real launchers, a real browser, long computations; an idle process takes the next
 	$(BIN)/python -m pytest $(ONE_MORE) --dist worksteal -m "slow and not slurm" $(HEAVY)
+
+slurm: .venv/dev  ## a real scheduler
 	$(BIN)/python -m pytest -m "slow and slurm" tests/slurm
 
 test-all: test test-slow

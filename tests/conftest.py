@@ -1,5 +1,6 @@
 """What tests of several files share: small campaigns, and ways to run them."""
 
+import gc
 import os
 import shutil
 import signal
@@ -115,6 +116,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         few = spaced(len(grid), *marker.args) if marker and marker.args else covering(values)
         for number in set(range(len(grid))) - few:
             grid[number].add_marker("slow")
+
+
+def pytest_collection_finish() -> None:
+    """Keep what collection has made, which lives to the end, out of all later searches for garbage: 2 % of the time."""
+    gc.collect()
+    gc.freeze()
 
 
 def spaced(of: int, count: int) -> set[int]:
