@@ -61,7 +61,8 @@ def points() -> list[Point]:
         for value in values
     ]
     corners = itertools.product(*((values[0], values[-1]) for values in (DAMPING, SPRING, STAGE, MASS)))
-    return [*one_changed, *(Point(*values) for values in corners)]
+    each = [*one_changed, *(Point(*values) for values in corners)]
+    return list(dict.fromkeys(each))  # the paper's value is among all that one is changed to
 
 
 def errors(result: DynamicsResult, drive: Drive, profile: FrictionLimit) -> dict[str, float]:

@@ -6,7 +6,6 @@ moves back.
 """
 
 import math
-from itertools import product
 
 import numpy as np
 import pytest
@@ -257,7 +256,10 @@ def test_sliding_with_coupling_on_a_half_plane(pin, share_error, centroid_error,
     ("pin", "poisson"),
     [
         ("parabola", 1 / 3),
-        *(pytest.param(*case, marks=pytest.mark.slow) for case in product(("parabola", "flat_punch"), (0.0, 1 / 3))),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (("parabola", 0.0), ("flat_punch", 0.0), ("flat_punch", 1 / 3))
+        ),
     ],
 )
 def test_sliding_with_coupling_on_a_slab_as_the_contact_gets_small(pin, poisson):
