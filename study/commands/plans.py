@@ -26,6 +26,7 @@ from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.dispatch import MeasuredTimes
 from nanoslip.study.run.executor import tasks_to_do
 from nanoslip.study.run.journal import read_task_times
+from nanoslip.study.tasks.kind import KINDS
 from nanoslip.study.tasks.task import Task, idle
 from nanoslip.study.toml_text import from_toml
 
@@ -69,12 +70,18 @@ def refusals(*more: type[Exception]) -> Iterator[None]:
 def plan_campaign(campaign: Path) -> Plan:
     """The plan of a campaign file. Raises ManifestError."""
     manifest = load_manifest(campaign)
-    cases = manifest.case_count
-    if cases >= MANY:
-        need = f"about {cases * PLANNING:.0f} s and {cases * PLANNED / 1e9:.2g} GB of memory"
-        note(f"{whole(campaign)}: {cases} cases: planning takes {need}", stderr=True)
+    tasks = manifest.case_count * _tasks_of_case(manifest)
+    if tasks >= MANY:
+        need = f"about {tasks * PLANNING:.0f} s and {tasks * PLANNED / 1e9:.2g} GB of memory"
+        note(f"{whole(campaign)}: {manifest.case_count} cases, {tasks} tasks: planning takes {need}", stderr=True)
     with counting("{} cases planned") as count:
         return make_plan(manifest, count)
+
+
+def _tasks_of_case(manifest: Manifest) -> int:
+    """Number of tasks of a case, less those that cases share."""
+    kinds = [kind for kind in KINDS.values() if kind.parts and kind.needed(manifest)]
+    return sum(len(manifest.drives) if kind.driven else 1 for kind in kinds)
 
 
 def load_own_numbers(manifest: Manifest) -> None:
@@ -88,10 +95,10 @@ def load_own_numbers(manifest: Manifest) -> None:
 
 
 MANY: Final = 200_000
-"""Cases from which the cost of planning is stated before it begins: planning takes more than ten seconds."""
+"""Tasks from which the cost of planning is stated before it begins: planning takes more than ten seconds."""
 PLANNING: Final = 62e-6
 PLANNED: Final = 1200.0
-"""Seconds, and bytes of memory, that a case takes to plan: tests/benchmarks/README.md."""
+"""Seconds, and bytes of memory, that a task takes to plan: tests/benchmarks/README.md, whose cases have one."""
 
 
 MASS: Final = "pin_mass"

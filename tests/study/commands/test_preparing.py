@@ -73,6 +73,22 @@ def test_what_planning_very_many_cases_takes_is_said_before_it_begins(main, tmp_
     assert "GB" not in main("plan", path)[2]
 
 
+def test_the_cost_of_planning_goes_with_tasks_of_which_each_drive_has_one(main, tmp_path, monkeypatch):
+    path = tmp_path / "many.toml"
+    monkeypatch.setattr(plans, "MANY", 100)
+    for drives in (1, 3):
+        tables = "".join(
+            f'[[drives]]\nname = "{number}"\nstage_velocity = 1e-{number + 3}\n' for number in range(drives)
+        )
+        path.write_text(f'title = "Many"\naxes.radius = {[*range(60, 90)]}\n{tables}')
+        code, said, errors = main("plan", path)
+        assert code == 0
+        tasks = 30 * (1 + drives)  # its record, and its drives
+        assert (f"{tasks} tasks" in errors) == (tasks >= 100)
+        rows = {cells[0]: cells for line in said.splitlines() if (cells := line.split())}
+        assert int(rows["record"][-1]) + int(rows["drive"][-1]) == tasks
+
+
 def test_a_campaign_is_planned_by_name_and_a_file_comes_before_it(main, campaign, monkeypatch):
     monkeypatch.chdir(campaign.parent)
     assert "2 cases" in main("plan", "smoke")[1]
