@@ -44,7 +44,7 @@ from nanoslip.study.manifest.manifest import Manifest, drive_parameters, drive_s
 from nanoslip.study.manifest.parameters import STANDARD, has_unit, make_case, names_by_word, resembles_ball, si_line
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.expectations import out_of_reach
+from nanoslip.study.plan.expectations import beyond_step_limit, out_of_reach
 from nanoslip.study.plan.plan import make_partial_plan, make_plan
 from nanoslip.study.report import summary
 from nanoslip.study.report.budget import error_lines
@@ -97,6 +97,7 @@ def try_campaign(
         print_sentences(_choose_quick_grid(content), stderr=True)
         manifest = api.read_campaign(content)
         print_sentences(_drive_outlook(manifest), stderr=True)
+        _refuse_endless_drive(manifest)
         found = api.run(content, progress=True)
     outcomes = [outcome for outcome in variables.OUTCOMES.values() if outcome.ending.name in found]
     endings = {found[outcome.ending.name].item(): found[outcome.message.name].item() for outcome in outcomes}
@@ -123,6 +124,13 @@ def _drive_outlook(manifest: Manifest) -> Iterator[str]:
     with suppress(InvalidInput):  # the case is refused, and says why
         for line in out_of_reach(make_plan(manifest)).values():
             yield f"expected: {line}"
+
+
+def _refuse_endless_drive(manifest: Manifest) -> None:
+    """Raise Refusal for a drive that would be computed up to its step_limit in vain."""
+    with suppress(InvalidInput):
+        if line := beyond_step_limit(make_plan(manifest)):
+            raise Refusal(f"{line}; without a drive there is friction alone")
 
 
 def _path_keys(stroke: str) -> dict[str, str]:

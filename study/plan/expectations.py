@@ -247,16 +247,27 @@ def _driven(plan: Plan) -> Iterator[tuple[int, Case, CampaignDrive, Drive]]:
             yield from ((number, case, *each) for each in known)
 
 
-def _too_many_steps(plan: Plan) -> str:
+ROUGH_STEPS: Final = 5.0
+"""Factor to which the segments of a drive are known before it is computed."""
+
+
+def beyond_step_limit(plan: Plan) -> str:
+    """Report drives that end at step_limit, however roughly their segments are known; empty if there are none."""
+    return _too_many_steps(plan, ROUGH_STEPS)
+
+
+def _too_many_steps(plan: Plan, times: float = 1.0) -> str:
+    """Report drives that need more segments than so many times their step_limit."""
     driven = [each for each in _driven(plan) if each[-1].max_slips is None]
     steps = np.array([drive_steps(drive, case) for _, case, _, drive in driven])
-    many = steps > [drive.step_limit for *_, drive in driven]
+    many = steps > times * np.array([drive.step_limit for *_, drive in driven], float)
     if not many.any():
         return ""
     number, _, named, _ = driven[int(np.where(many, steps, 0.0).argmax())]
     where = ", ".join(filter(None, [_words(plan, number), named.label]))
-    needs = f"needs about {steps[many].max():.1g} segments (to a factor of 5): {FEWER_STEPS}"
-    return f"may end at step_limit: {many.sum()} of {many.size} drives looked at, worst {where}: {needs}"
+    needs = f"needs about {steps[many].max():.1g} segments (to a factor of {ROUGH_STEPS:g}): {FEWER_STEPS}"
+    ends = "may end" if times < ROUGH_STEPS else "ends"
+    return f"{ends} at step_limit: {many.sum()} of {many.size} drives looked at, worst {where}: {needs}"
 
 
 def duration_lines(plan: Plan) -> list[str]:
