@@ -48,8 +48,9 @@ class PointLabels(NamedTuple):
     def parameters(self, point: AxisValues) -> dict[str, Value]:
         """The labels of a case by name, standard labels first."""
         values = {**dict(zip(self.names, point, strict=True)), **self.standard}
-        found = {name: values.get(name) for name in (*STANDARD, *self.names)}
-        return {name: value for name, value in found.items() if value is not None}
+        labels = {name: values.get(name) for name in (*STANDARD, *self.names)}
+        # None is a setting of another case's scheme.
+        return {name: value for name, value in labels.items() if value is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +82,7 @@ def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
     values = manifest.axes.values()
     points = itertools.product(*values) if manifest.design == "product" else zip(*values, strict=True)
     cases = tuple(map(_Expansion(manifest).case, points))
+    # Two equal cases would share a task and a key, and stand in a dataset twice as if they were two samples.
     if len({case.case_id for case in cases}) < len(cases):
         raise ManifestError(_same(manifest, cases))
     return cases
@@ -88,16 +90,19 @@ def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
 
 def common_labels(manifest: Manifest) -> PointLabels:
     """The labels that all cases of a campaign have."""
-    given = {**Case.of({}).flat, **manifest.fixed}
-    return PointLabels(tuple(manifest.axes), {name: given[name] for name in STANDARD if name not in manifest.axes})
+    fixed = {**Case.of({}).flat, **manifest.fixed}
+    standard = {name: fixed[name] for name in STANDARD if name not in manifest.axes}
+    return PointLabels(tuple(manifest.axes), standard)
 
 
 def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[Problem]:
     """A problem for each axis with repeated values, else for each case that is one before it."""
+    # One repeated value of an axis repeats a whole plane of cases: the axis says in one line what they would in thousands.
     repeated = {name: values for name, values in manifest.axes.items() if len({*values}) < len(values)}
     if manifest.design == "product" and repeated:
+        place = Place(str(manifest.path), "axes")
         for name, values in repeated.items():
-            place, word = Place(str(manifest.path), "axes"), words_by_name().get(name, name)
+            word = words_by_name().get(name, name)
             twice = [value for value, count in Counter(values).items() if count > 1]
             yield Problem(place, word, remark=repeated_remark(twice))
         return
@@ -105,8 +110,9 @@ def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[Problem
     for number, case in enumerate(cases, 1):
         first = numbers.setdefault(case.case_id, number)
         if first != number:
+            place = Place(str(manifest.path))
             remark = f"are the same: {case.point}"
-            yield Problem(Place(str(manifest.path)), f"cases {first} and {number}", remark=remark)
+            yield Problem(place, f"cases {first} and {number}", remark=remark)
 
 
 class _Expansion:
@@ -132,6 +138,7 @@ class _Expansion:
     def _id(self, case: Case | None, point: AxisValues) -> str:
         if case is not None:
             return content_hash("case", self._texts(case), length=12)
+        # A refused case has no parts to hash, but an id like any other: its outcome is a result, which has a place.
         varying = dict(zip(self._labels.names, point, strict=True))
         settings = {**Case.of({}).flat, **self._manifest.fixed, **varying}
         return content_hash("case", naming(settings), length=12)
@@ -140,6 +147,7 @@ class _Expansion:
 def naming(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters that name a case. Parameters of an interface or a path, and parameters that were added after
     cases had names, count only if given."""
+    # A case keeps its id for good: a parameter that the model gains later must not rename the cases that do without it.
     left_out = {name for name in ("spacing_events", "start_y", "strength") if not parameters[name]}
     for part in (Interface(), LoadPath()):
         usual = {name: getattr(part, name) for name in declared(type(part))}
@@ -158,11 +166,14 @@ def parse_value(key: str, text: str, scales: Scales | None) -> Value:
 
     Raises InvalidInput.
     """
-    given = number_or_text(text.lower() if text.lower() in ("true", "false") else text)
+    # A shell's user types True as Python has it; TOML has true alone.
+    is_switch = text.lower() in ("true", "false")
+    given = number_or_text(text.lower() if is_switch else text)
     name, of_cases, of_drives = names_by_word().get(key, key), parameters_of_a_case(), drive_parameters()
     stated = of_drives.get(name) or of_cases.get(name)
     if not stated:
         return given
+    # Drives are in SI: their values have no scale.
     value: Value = plain(key, given, stated, scales if name in of_cases else None)
     return value
 
@@ -182,18 +193,23 @@ def make_campaign(given: Mapping[str, str], contact: bool = False, drive: bool =
     given: key -> value as text. contact: stop after initial contact. drive: pull the pin by the default drive, as any key of a
     drive does. Raises ManifestError with every key that is unknown, or of a drive if `contact`.
     """
-    places = {key: table for table, keys in tables().items() for key in keys}
-    advice = {key: _advice(key, places, contact) for key in given}
-    wrong = {key: remark for key, remark in advice.items() if remark}
+    places: dict[str, str] = {}
+    for table, keys in tables().items():
+        places |= dict.fromkeys(keys, table)
     values = {key: number_or_text(text) for key, text in given.items()}
-    if wrong:
-        raise ManifestError(
-            [Problem(Place(), key_shown(key), values[key], remark=remark) for key, remark in wrong.items()]
-        )
+    problems = []
+    for key, value in values.items():
+        remark = _advice(key, places, contact)
+        if remark:
+            problems.append(Problem(Place(), key_shown(key), value, remark=remark))
+    if problems:
+        raise ManifestError(problems)
     content: dict[str, dict[str, Value]] = {_DRIVES: {}} if drive else {}
     for key, value in values.items():
         content.setdefault(places[key], {})[key] = value
-    drives = {_DRIVES: [content.pop(_DRIVES)]} if _DRIVES in content else {}
+    drives: dict[str, Any] = {}
+    if _DRIVES in content:
+        drives = {_DRIVES: [content.pop(_DRIVES)]}
     count = 3 if drives else 2
     stages = STAGES[: 1 if contact else count]
     return {"title": "One case", "stages": list(stages), **content, **drives}
@@ -201,6 +217,9 @@ def make_campaign(given: Mapping[str, str], contact: bool = False, drive: bool =
 
 def _advice(key: str, places: Mapping[str, str], contact: bool) -> str:
     """Advice on a wrong key; empty for a valid value."""
-    if key not in places:
-        return "a key of campaign files, not of one case" if key in KEYS_OF_FILES else unknown(key, places)
-    return "needs a drive, which initial contact alone has not" if contact and places[key] == _DRIVES else ""
+    if key in places:
+        no_drive = contact and places[key] == _DRIVES
+        return "needs a drive, which initial contact alone has not" if no_drive else ""
+    if key in KEYS_OF_FILES:
+        return "a key of campaign files, not of one case"
+    return unknown(key, places)

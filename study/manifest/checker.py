@@ -81,13 +81,16 @@ def read_text(path: Path, given: str | None = None, decode: Callable[[bytes], st
     if not one_line(str(path)):
         raise ManifestError.in_file(path, remark="name of a file", need=ONE_LINE)
     try:
+        # A device or a pipe may never end.
         if path.exists() and not path.is_file():
-            raise ValueError("not a regular file")  # a device may never end
+            raise ValueError("not a regular file")
         return decode(path.read_bytes())
     except UnicodeDecodeError as error:
         raise ManifestError.in_file(path, remark=f"byte {error.start}: not UTF-8 text") from None
     except (OSError, ValueError) as error:
-        raise ManifestError.in_file(path, remark=f"cannot be read: {getattr(error, 'strerror', error)}") from None
+        # The text of an OSError alone: its `str` repeats the path and adds a number.
+        reason = getattr(error, "strerror", error)
+        raise ManifestError.in_file(path, remark=f"cannot be read: {reason}") from None
 
 
 def read_table(path: Path, given: str | None) -> CaseTable:
@@ -96,26 +99,41 @@ def read_table(path: Path, given: str | None) -> CaseTable:
     lines = _lines(path, text)
     if len(lines) < 2:
         raise ManifestError.in_file(path, "a header of parameters and at least one case", f"{len(lines)} lines")
-    header = [word.strip() for word in lines[0][1]]
-    # Another file's text is nobody's business.
+    first_line, first_cells = lines[0]
+    header = [word.strip() for word in first_cells]
+    # Without any word like a parameter it is some other file, named by mistake: its text is not shown in a message.
     if not any(word in axes() or suggestion_remark(word, axes()) for word in header):
         need = "a header of parameters, as intrinsic_friction,radius"
-        raise ManifestError.in_file(path, need, line=lines[0][0])
-    file = Place(str(path))
-    strangers = [word for word in header if word not in axes()]
-    problems = [Problem(file, f"column {quote_toml(word)}", remark=unknown(word, axes())) for word in strangers]
-    problems += [Problem(file, f"column {word}", need="to appear once") for word in axes() if header.count(word) > 1]
+        raise ManifestError.in_file(path, need, line=first_line)
+    problems = _header_problems(path, header)
     need = f"{len(header)}, one for each column"
     for line, row in lines[1:]:
         if len(row) != len(header):
-            problems.append(Problem(Place(str(path), line), f"{len(row)} values", need=need))
+            place = Place(str(path), line)
+            problems.append(Problem(place, f"{len(row)} values", need=need))
     if problems:
         raise ManifestError(problems)
     columns: dict[str, list[Given]] = {}
     for position, word in enumerate(header):
-        cells = [(Place(str(path), line), row[position].strip()) for line, row in lines[1:]]
-        columns[word] = [Given(place, word, _cell_value(word, cell)) for place, cell in cells]
+        column = []
+        for line, row in lines[1:]:
+            value = _cell_value(word, row[position].strip())
+            column.append(Given(Place(str(path), line), word, value))
+        columns[word] = column
     return CaseTable(text, columns)
+
+
+def _header_problems(path: Path, header: Sequence[str]) -> list[Problem]:
+    """A problem for each column of a table of cases that is no parameter, or is there twice."""
+    file = Place(str(path))
+    problems = []
+    for word in header:
+        if word not in axes():
+            problems.append(Problem(file, f"column {quote_toml(word)}", remark=unknown(word, axes())))
+    for word in axes():
+        if header.count(word) > 1:
+            problems.append(Problem(file, f"column {word}", need="to appear once"))
+    return problems
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,8 +149,9 @@ def read_rows(word: str, path: Path, given: str | None) -> FileRows:
     text = read_text(path, given, decode_text)
     lines, stated = _lines(path, text), file_parameters()[word]
     header = ",".join(stated.columns)
-    if not lines or [cell.strip() for cell in lines[0][1]] != [*stated.columns]:
-        raise ManifestError.in_file(path, f"the header {header}", line=lines[0][0] if lines else 1)
+    first_line, first_cells = lines[0] if lines else (1, [])
+    if [cell.strip() for cell in first_cells] != [*stated.columns]:
+        raise ManifestError.in_file(path, f"the header {header}", line=first_line)
     needs: dict[int, str] = {}
     good: dict[int, Any] = {}
     for line, cells in lines[1:]:
@@ -144,16 +163,22 @@ def read_rows(word: str, path: Path, given: str | None) -> FileRows:
         else:
             good[line] = row if len(row) > 1 else row[0]
     value = tuple(good.values())
+    # Numbers that are valid one by one may be none as a whole: positions that do not increase, or a single point.
     whole = find_refusal(make_case, {word: value})
     if not value or whole:
-        last: dict[int, str] = {}
+        of_whole: dict[int, str] = {}
+        # What no line by itself explains is said at the last one, where the list ends too early.
         if not needs:
-            last[lines[-1][0]] = whole.need if value and whole else "numbers below its header"
-        needs |= _needs_by_line(word, good) or last
+            last_line, _ = lines[-1]
+            of_whole[last_line] = whole.need if value and whole else "numbers below its header"
+        needs |= _needs_by_line(word, good) or of_whole
     if needs:
         shown = {line: quote_toml(",".join(cells)) for line, cells in lines}
-        wrong = sorted(needs)
-        raise ManifestError([Problem(Place(str(path), line), shown[line], need=needs[line]) for line in wrong])
+        problems = []
+        for line in sorted(needs):
+            place = Place(str(path), line)
+            problems.append(Problem(place, shown[line], need=needs[line]))
+        raise ManifestError(problems)
     return FileRows(text, value)
 
 
@@ -167,12 +192,15 @@ def read_legs(path: Path, given: str | None, units: tuple[float, float]) -> File
         source = read_columns(path, text)
         places = [source.find_column(name) for name in file_parameters()["legs"].columns]
         rows = source.rows(places)
+        # Measured columns may have gaps, where a path that skips a point would go another way.
         if rows.holes or source.left_out.number or source.below:
             raise InvalidInput("legs", ABSENT, "two numbers in each line")
-        named = [source.columns[place] for place in places]
-        scales = [_column_scale(column, unit, size) for column, unit, size in zip(named, "mN", units, strict=True)]
+        displacement, load = (source.columns[place] for place in places)
+        slab_width, normal_load = units
+        scales = [_column_scale(displacement, "m", slab_width), _column_scale(load, "N", normal_load)]
         legs = (rows.values.T * scales).tolist()
-        return FileRows(text, LoadPath(legs=tuple(map(tuple, legs))).legs)
+        path_of_legs = LoadPath(legs=tuple(map(tuple, legs)))
+        return FileRows(text, path_of_legs.legs)
     except InvalidInput as error:
         raise ManifestError.in_file(path, remark=str(error)) from None
 
@@ -183,7 +211,9 @@ def _column_scale(column: FileColumn, unit: str, size: float) -> float:
         return 1.0
     scale = unit_factor(column.unit, unit)
     require(column.name, column.unit, math.isfinite(scale), f"a unit of {unit}, or none")
-    require(column.name, column.unit, math.isfinite(size), ONE_LOAD if unit == "N" else WIDTH_NEEDED)
+    # A size that the campaign does not give, or that differs from case to case, is NaN.
+    need = ONE_LOAD if unit == "N" else WIDTH_NEEDED
+    require(column.name, column.unit, math.isfinite(size), need)
     return scale / size
 
 
@@ -202,24 +232,31 @@ def parse_loads(given: Any, unit: float) -> Any:
     unit: normal_load in N.
     """
     require("load", given, isinstance(given, list), "a list of loads along a path; the load on the pin is normal_load")
-    found = [plain("load", value, Parameter("load", unit="N")) for value in given]
+    in_newton = Parameter("load", unit="N")
+    numbers = [plain("load", value, in_newton) for value in given]
     loads = []
-    for value, load in zip(given, found, strict=True):
-        require("load", value, value is load or math.isfinite(unit), ONE_LOAD)
-        loads.append(load if value is load else load / unit)
+    for value, number in zip(given, numbers, strict=True):
+        # `plain` returns the very value that it is given unless that has a unit: numbers are over normal_load already.
+        if value is number:
+            loads.append(number)
+            continue
+        require("load", value, math.isfinite(unit), ONE_LOAD)
+        loads.append(number / unit)
     return loads
 
 
 def _needs_by_line(word: str, given: Mapping[int, Any]) -> dict[int, str]:
     """Line -> what its value needs after the last right one."""
     last: tuple[Any, ...] = ()
-    found = {}
+    needs = {}
+    # Two neighbours decide whether a line is in order: all lines up to each would take the square of their number.
     for line, value in given.items():
-        if last and (wrong := find_refusal(make_case, {word: (*last, value)})):
-            found[line] = wrong.need
+        wrong = find_refusal(make_case, {word: (*last, value)}) if last else None
+        if wrong:
+            needs[line] = wrong.need
         else:
             last = (value,)
-    return found
+    return needs
 
 
 def _numbers(cells: list[str]) -> tuple[float, ...]:
@@ -228,6 +265,7 @@ def _numbers(cells: list[str]) -> tuple[float, ...]:
         row = tuple(map(float, cells))
     except ValueError:
         return ()
+    # `float` reads nan and inf, too.
     return row if all(map(math.isfinite, row)) else ()
 
 
@@ -241,13 +279,18 @@ def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
 
 def _cell_value(word: str, cell: str) -> Value | None:
     """Value of a CSV cell; None for an empty scheme setting."""
-    return number_or_text(cell) if cell or word not in SCHEMES.settings() else None
+    # Lines of different schemes share a table: a setting has a column, though not every line has such a scheme.
+    if not cell and word in SCHEMES.settings():
+        return None
+    return number_or_text(cell)
 
 
 def number_or_text(cell: str) -> Value:
     """A value from its text: `true`, `false`, a number, else the text itself."""
-    if cell in ("true", "false"):  # as in TOML
+    # As in TOML.
+    if cell in ("true", "false"):
         return cell == "true"
+    # First a whole number: a count as 129.0 would be another value, with another hash.
     for kind in (int, float):
         try:
             return kind(cell)
@@ -303,31 +346,34 @@ class Checker:
         for word, value in content.items():
             if word in table_words(table):
                 good[word] = [Given(self.place(table), word, value)]
-            else:
-                remark = unknown(word, (*table_words(table), *others))
-                self.refuse(key_shown(word), value, remark=remark, table=table)
+                continue
+            remark = unknown(word, (*table_words(table), *others))
+            self.refuse(key_shown(word), value, remark=remark, table=table)
         return good
 
     def lists(self, table: str, content: Mapping[str, Any], known: Collection[str]) -> Iterator[tuple[str, list[Any]]]:
         """The axes of a table, with their values. Unknown words are refused, and entries that are no list of
         values."""
         for word, values in content.items():
-            if word in known and isinstance(values, list) and values:
+            if word not in known:
+                self.refuse(key_shown(word), values, remark=unknown(word, known), table=table)
+            elif isinstance(values, list) and values:
                 yield word, values
             else:
                 need = "a list of at least one value"
+                # A range is read only where the design says so: the key that is missing is `design`.
                 if table == "axes" and isinstance(values, dict):
                     need += ', or for a range design = "sobol" or "latin_hypercube"'
-                wrong = {"need": need} if word in known else {"remark": unknown(word, known)}
-                self.refuse(key_shown(word), values, table=table, **wrong)
+                self.refuse(key_shown(word), values, need, table=table)
 
     def first_places(self, table: str, word: str, values: list[Any]) -> dict[int, Any]:
         """Position -> value, of the first appearance of each value of an axis as it is written. Refuse values that repeat."""
         firsts: dict[object, int] = {}
         repeated: dict[object, Any] = {}
         for place, value in enumerate(values):
+            # A list or a table cannot be hashed, and is refused as a value later on. 1 and true are two values.
             is_nested = isinstance(value, list | dict)
-            written = place if is_nested else (type(value), value)  # 1 and true are two values
+            written = place if is_nested else (type(value), value)
             if firsts.setdefault(written, place) != place:
                 repeated[written] = value
         if repeated:
@@ -345,35 +391,41 @@ class Checker:
         """Columns with numbers in place of values with units; invalid ones are refused."""
         stated = parameters_of_a_case()
         numbers: dict[str, list[Given]] = {}
-        for word, given in columns.items():
+        for word, entries in columns.items():
             parameter = stated[names_by_word()[word]]
-            values = [self._plain(parameter, sizes, value) for value in given]
-            numbers[word] = [value for value in values if value]
+            converted = [self._plain(parameter, sizes, entry) for entry in entries]
+            numbers[word] = [entry for entry in converted if entry]
         return numbers
 
     def _plain(self, stated: Parameter, sizes: SceneSizes | None, given: Given) -> Given | None:
         try:
             if stated.listed:
-                return given._replace(value=parse_loads(given.value, sizes.load if sizes else math.nan))
-            value = plain(given.key, given.value, stated, sizes.scales if sizes else None)
+                load = sizes.load if sizes else math.nan
+                return given._replace(value=parse_loads(given.value, load))
+            scales = sizes.scales if sizes else None
+            value = plain(given.key, given.value, stated, scales)
         except InvalidInput as error:
             self.problems.append(given.problem(error.need))
             return None
-        if sizes and stated.scale == "slab_width" and value is not given.value and not sizes.width_given:
+        # Over the default width a length would be a number that its author never meant.
+        had_unit = value is not given.value
+        if had_unit and sizes and stated.scale == "slab_width" and not sizes.width_given:
             self.problems.append(given.problem(WIDTH_NEEDED))
             return None
         return given._replace(value=value)
 
     def to_si(self, where: str, content: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:
         """Entries of a table in SI, with numbers in the units of their keys; invalid ones are refused."""
-        found = {}
+        in_si = {}
         for key, value in content.items():
-            entry: Given | None = Given(self.place(where), key, value)
-            if entry and key in known:
-                entry = self._plain(known[key], None, entry)
+            # An unknown key stays, and is refused with the table: this is about units alone.
+            if key not in known:
+                in_si[key] = value
+                continue
+            entry = self._plain(known[key], None, Given(self.place(where), key, value))
             if entry:
-                found[key] = entry.value
-        return found
+                in_si[key] = entry.value
+        return in_si
 
     def values(self, columns: GivenColumns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Any, ...]]:
         """Values in their declared type, by field name. Values out of range are refused and left out.
@@ -382,15 +434,17 @@ class Checker:
             None stands for a setting that a line of a table does not give.
         """
         values: dict[str, list[Any]] = {}
-        for word, given in columns.items():
+        for word, entries in columns.items():
             name = names_by_word()[word]
             convert, values[name] = _converter(name, slabs), []
-            for each in given:
+            for entry in entries:
                 try:
-                    values[name].append(each.value if each.allowed else convert(each.value))
+                    # Draws of a range are millions, in their type already, and allowed as its ends are.
+                    value = entry.value if entry.allowed else convert(entry.value)
+                    values[name].append(value)
                 except InvalidInput as error:
-                    self.problems.append(each.problem(error.need))
-        return {name: tuple(found) for name, found in values.items()}
+                    self.problems.append(entry.problem(error.need))
+        return {name: tuple(column) for name, column in values.items()}
 
     def valid(
         self, where: str, content: dict[str, Any], make: Any, names: Collection[str] = (), **others: object
@@ -403,7 +457,10 @@ class Checker:
         for key, value in content.items():
             if key not in names:
                 self.refuse(key_shown(key), value, remark=unknown(key, names), table=where)
-            elif wrong := find_refusal(partial(make, **{**others, key: value})):
+                continue
+            # Each entry is tried alone, so that one wrong entry hides no other.
+            wrong = find_refusal(partial(make, **{**others, key: value}))
+            if wrong:
                 self.refuse(key, value, wrong.need, table=where)
             else:
                 good[key] = value
@@ -417,14 +474,17 @@ def is_limited(name: str) -> bool:
 
 def _converter(name: str, slabs: list[dict[str, Value]]) -> Callable[[Any], Any]:
     """Function that converts a value of a parameter to its declared type. It raises InvalidInput if no slab takes the value."""
-    alike = Alike({}, (name,)) if name in declared(Case) else None  # fast: a table has millions of values
+    # A table has millions of values: a case of which all but one parameter is kept takes a fraction of a new one's time.
+    alike = Alike({}, (name,)) if name in declared(Case) else None
     limited = is_limited(name)
 
     def convert(value: Any) -> Any:
         if value is None or isinstance(value, FileName):
             return value
         if alike and not limited:
-            return getattr(alike.case((value,)), name)
+            case = alike.case((value,))
+            return getattr(case, name)
+        # The refusal of the last slab is the one that is said: a value that suits any of them is valid.
         *others, last = slabs if limited else [{}]
         for slab in others:
             with suppress(InvalidInput):
@@ -446,53 +506,64 @@ class NamedFiles(Checker):
         """The table of cases; None if the campaign names none or it is refused."""
         if "table" not in top:
             return None
+        name = top["table"]
         for other in ("axes", "design"):
             if other in top:
-                self.refuse(other, need=f"to be left out beside table = {quote_toml(top['table'])}")
-        return self._read(read_table, "table", top["table"])
+                self.refuse(other, need=f"to be left out beside table = {quote_toml(name)}")
+        return self._read(read_table, "table", name)
 
     def rows(self, fixed: dict[str, GivenColumns], sizes: SceneSizes) -> dict[str, FileRows]:
         """Values of the parameters of the tables that are files, by their words; they take the place of the files' names."""
-        found: dict[str, FileRows] = {}
+        files: dict[str, FileRows] = {}
         for content in fixed.values():
-            for word in [word for word in file_parameters() if word in content]:
-                given = content.pop(word)[0]
-                if read := self._rows(given, sizes):
-                    found[word], content[word] = read, [given._replace(value=read.value)]
-        return found
+            words = [word for word in file_parameters() if word in content]
+            for word in words:
+                # A file that is refused leaves no value: its name would be refused once more, as no list of numbers.
+                entry = content.pop(word)[0]
+                rows = self._rows(entry, sizes)
+                if rows:
+                    files[word] = rows
+                    content[word] = [entry._replace(value=rows.value)]
+        return files
 
     def rows_of_axis(self, axes: GivenColumns, sizes: SceneSizes) -> dict[str, FileRows]:
         """The profiles on an axis, whose names take the place of the files: all of their texts, one after the other."""
-        given, named = axes.pop("roughness", []), dict[str, FileRows]()
-        for each in given:
-            value = each.value
-            smooth = FileRows("", ()) if value == SMOOTH else None
-            files = len(named) - (SMOOTH in named)
-            if not (read := smooth or self._rows(each, sizes, files)):
+        entries, profiles = axes.pop("roughness", []), dict[str, FileRows]()
+        for entry in entries:
+            value = entry.value
+            # A smooth pin has no file: it does not count among the texts that a dataset holds, one after the other.
+            number = len(profiles) - (SMOOTH in profiles)
+            rows = FileRows("", ()) if value == SMOOTH else self._rows(entry, sizes, number)
+            if not rows:
                 continue
             name = value["file"] if isinstance(value, dict) else value
-            if name in named:
-                self.problems.append(each.problem("a file of its own, whose name the case has"))
+            # The name labels the case: the same file in other units would be another case of the same label.
+            if name in profiles:
+                self.problems.append(entry.problem("a file of its own, whose name the case has"))
                 continue
-            named[name] = read
+            profiles[name] = rows
             label = FileName(name)
-            label.content = read.value
-            axes.setdefault("roughness", []).append(each._replace(value=label))
-        text = BETWEEN.join(each.text for name, each in named.items() if name != SMOOTH)
-        return {"roughness": FileRows(text, ())} if given else {}
+            label.content = rows.value
+            axes.setdefault("roughness", []).append(entry._replace(value=label))
+        if not entries:
+            return {}
+        texts = [rows.text for name, rows in profiles.items() if name != SMOOTH]
+        return {"roughness": FileRows(BETWEEN.join(texts), ())}
 
     def _rows(self, given: Given, sizes: SceneSizes, number: int | None = None) -> FileRows | None:
         """The value of a parameter from its file, on an axis from one of several files; None if it is refused."""
         word, name = given.key.partition("[")[0], given.value
         if word == "roughness" and isinstance(name, dict):
             return self._surface(given, sizes.scales.slab_width, number)
-        if isinstance(name, str):
-            units = (sizes.scales.slab_width if sizes.width_given else math.nan, sizes.load)
-            read = partial(read_legs, units=units) if word == "legs" else partial(read_rows, word)
-            return self._read(read, word, name, number)
-        columns = " and ".join(file_parameters()[word].columns)
-        self.problems.append(given.problem(f"the path of a CSV file with {columns}"))
-        return None
+        if not isinstance(name, str):
+            columns = " and ".join(file_parameters()[word].columns)
+            self.problems.append(given.problem(f"the path of a CSV file with {columns}"))
+            return None
+        if word != "legs":
+            return self._read(partial(read_rows, word), word, name, number)
+        slab_width = sizes.scales.slab_width if sizes.width_given else math.nan
+        read = partial(read_legs, units=(slab_width, sizes.load))
+        return self._read(read, word, name, number)
 
     def _surface(self, given: Given, slab_width: float, number: int | None) -> FileRows | None:
         """The roughness of a measured profile; None if it is refused."""
@@ -500,13 +571,16 @@ class NamedFiles(Checker):
         good = self.valid(where, given.value, NamedSurface)
         if "file" not in good:
             self.problems.append(given.problem("file, the path of a text file with two columns"))
+        # With an entry that was refused the file would be read in units that nobody gave.
         if good.keys() < {*given.value, "file"}:
             return None
 
         def read(path: Path, text: str | None) -> FileRows:
             text = read_text(path, text, decode_text)
+            named = NamedSurface(**good)
             try:
-                return FileRows(text, read_surface(path, text, NamedSurface(**good)).roughness(slab_width))
+                surface = read_surface(path, text, named)
+                return FileRows(text, surface.roughness(slab_width))
             except InvalidInput as error:
                 raise ManifestError.in_file(path, remark=str(error)) from None
 
@@ -514,27 +588,31 @@ class NamedFiles(Checker):
 
     def observables(self, references: Sequence[str]) -> tuple[str, tuple[Observable, ...]]:
         """One's own numbers that a campaign names, and the text of their files; those that are refused are left out."""
-        found: list[Observable] = []
+        numbers: list[Observable] = []
         texts: dict[str, str] = {}
         names = source_files(references)
-        for given in references:
-            reference = parse_reference(given)
+        for written in references:
+            reference = parse_reference(written)
             file = self.path.parent / reference.file
             try:
+                # Several functions of one file: its text is read, and kept in a dataset, once.
                 if reference.file not in texts:
-                    texts[reference.file] = self._source(file, names.index(reference.file), len(names))
-                found.append(find_function(reference.name, file, texts[reference.file]))
+                    place = names.index(reference.file)
+                    texts[reference.file] = self._source(file, place, len(names))
+                function = find_function(reference.name, file, texts[reference.file])
+                numbers.append(function)
             except ManifestError as error:
                 remark = error.problems[0].remark
-                self.refuse(KEY, given, f"{reference.file} beside this file", remark, "outputs")
+                self.refuse(KEY, written, f"{reference.file} beside this file", remark, "outputs")
             except InvalidInput as error:
-                self.refuse(KEY, given, error.need, table="outputs")
-        return BETWEEN.join(texts.values()), tuple(found)
+                self.refuse(KEY, written, error.need, table="outputs")
+        return BETWEEN.join(texts.values()), tuple(numbers)
 
     def _source(self, file: Path, number: int, count: int) -> str:
         """Text of a source, from the disk or as one of several texts beside the campaign. Raises ManifestError, InvalidInput."""
         if self.beside is None:
             text = read_text(file)
+            # A form feed separates the texts in a dataset: one inside a source would split it where it is read again.
             require(KEY, file.name, BETWEEN not in text, f"{file.name} without form feeds")
             return text
         texts = self.beside.get(KEY, "").split(BETWEEN)
@@ -546,16 +624,18 @@ class NamedFiles(Checker):
         self, read: Callable[[Path, str | None], ReadContent], key: str, name: str, number: int | None = None
     ) -> ReadContent | None:
         """Contents of the file of a key, or of its text, one of several; None if refused."""
-        texts = None
+        text = None
         if self.beside is not None:
             texts = [self.beside[key]] if key in self.beside else []
-        if texts and number is not None:
-            texts = texts[0].split(BETWEEN)[number:]
-        if texts == []:
-            self.refuse(key, remark="the text of its file is missing")
-            return None
+            if texts and number is not None:
+                texts = texts[0].split(BETWEEN)[number:]
+            # A dataset that was cut, or whose attributes somebody changed: reading a file of this name would hide that.
+            if not texts:
+                self.refuse(key, remark="the text of its file is missing")
+                return None
+            text = texts[0]
         try:
-            return read(self.path.parent / name, texts[0] if texts else None)
+            return read(self.path.parent / name, text)
         except ManifestError as error:
             self.problems += error.problems
             return None

@@ -50,34 +50,44 @@ class Key:
         """Table and word in a campaign."""
         brackets = "[[{}]] " if self.table == "drives" else "[{}] "
         table = brackets.format(self.table) if self.table else ""
-        return f"{table}{self.word}" + (f", with {self.only}" if self.only else "")
+        condition = f", with {self.only}" if self.only else ""
+        return f"{table}{self.word}{condition}"
 
     @property
     def example(self) -> str:
         """The default as a line of a campaign, and with a unit; empty without a default."""
         if self.stated.columns:
-            own = f', or {self.word} = {{file = "afm.csv", x = "um", z = "nm"}}' if self.word == "roughness" else ""
-            return f'{self.word} = "mine.csv"{own}'
+            line = f'{self.word} = "mine.csv"'
+            if self.word == "roughness":
+                line += f', or {self.word} = {{file = "afm.csv", x = "um", z = "nm"}}'
+            return line
         value, unit = self.default, _unit(self)
         if value in ("none", "needed"):
             return ""
         if not unit or value.startswith('"'):
             return f"{self.word} = {value}"
-        scale = 1.0 if self.stated.unit != "1" else getattr(Scales(), self.stated.scale)
-        over = "  # beside a slab_width" * (self.stated.unit == "1" and self.stated.scale == "slab_width")
-        return f'{self.word} = {value}, or {self.word} = "{compact(float(value) * scale, unit)}"{over}'
+        # A number without a unit of its own is a multiple of a scale, which its default has in SI.
+        is_multiple = self.stated.unit == "1"
+        scale = getattr(Scales(), self.stated.scale) if is_multiple else 1.0
+        quantity = compact(float(value) * scale, unit)
+        line = f'{self.word} = {value}, or {self.word} = "{quantity}"'
+        if is_multiple and self.stated.scale == "slab_width":
+            line += "  # beside a slab_width"
+        return line
 
 
 def _unit(key: Key) -> str:
     stated = key.stated
-    return as_written(stated.unit) if stated.unit != "1" else UNITS.get(stated.scale, "")
+    if stated.unit != "1":
+        return as_written(stated.unit)
+    return UNITS.get(stated.scale, "")
 
 
 def find_key(name: str) -> Key | None:
     """The key of this word, name or symbol, in Greek or Latin letters; None without one."""
-    found = [key for key in keys() if name in (key.word, key.name)]
-    if found:
-        return found[0]
+    matches = [key for key in keys() if name in (key.word, key.name)]
+    if matches:
+        return matches[0]
     symbols = {key: key.stated.symbol for key in keys()}
     return next(iter(with_symbol(name, symbols)), None)
 
@@ -95,7 +105,8 @@ def key_text(key: Key) -> str:
         "example": key.example,
         "comment": stated.comment,
     }
-    return "\n".join([key.word, *(f"  {fact}: {text}" for fact, text in facts.items() if text)])
+    lines = [f"  {fact}: {text}" for fact, text in facts.items() if text]
+    return "\n".join([key.word, *lines])
 
 
 def text_of_table(name: str) -> str:
@@ -103,12 +114,15 @@ def text_of_table(name: str) -> str:
     name."""
     name = name.strip("[]")
     table = "drives" if name == "drive_axes" else name
+    # An axis takes keys of many tables. Keys outside of all tables have the table "": no name means none of them.
     if table == "axes":
-        own = [key for key in keys() if key.word in axes()]
+        entries = [key for key in keys() if key.word in axes()]
     else:
-        own = [key for key in keys() if table and key.table == table]
-    lines = [f"{key.word}: {key.stated.long_name}" for key in own]
-    return "\n  ".join([f"[{name}]", *lines]) if lines else ""
+        entries = [key for key in keys() if table and key.table == table]
+    if not entries:
+        return ""
+    lines = [f"{key.word}: {key.stated.long_name}" for key in entries]
+    return "\n  ".join([f"[{name}]", *lines])
 
 
 @cache
@@ -120,28 +134,37 @@ def keys() -> tuple[Key, ...]:
 def _keys() -> Iterator[Key]:
     for table, kinds in TYPES_OF_TABLE.items():
         for kind in kinds:
-            types, defaults = get_type_hints(kind), {each.name: each.default for each in fields(kind)}
+            types, defaults = get_type_hints(kind), {item.name: item.default for item in fields(kind)}
             for name, stated in declared(kind).items():
+                # The parts of a case are entered for each of its tables; each parameter says in which one it is.
                 if table not in TABLES or stated.table == table:
                     yield _key(kind, name, table, stated, types[name], defaults[name])
     for (table, word), stated in manifest.MORE_KEYS.items():
-        yield Key(word, word, table, "", stated, stated.allowed(word, whole=False), "none")
+        allowed = stated.allowed(word, whole=False)
+        yield Key(word, word, table, "", stated, allowed, "none")
 
 
 def _key(kind: type, name: str, table: str, stated: Parameter, hint: Any, value: Any) -> Key:
     word = stated.word or name
+    # The solver's own drive has no defaults, as its units depend on the scales: those of a campaign are in SI.
     if value is MISSING and table in ("scales", "drives"):
         value = stated.si
-    members = (member for family in FAMILIES.values() for member, own in family.items() if own is kind)
+    members = (member for family in FAMILIES.values() for member, its_type in family.items() if its_type is kind)
     only = next(members, "")
     default, unless = "needed" if value is MISSING else _text(value), ""
     if name == "duration":
         default = f'"{AUTO}"'
+    # A setting of None follows from the grid: the one of the default slab stands for it.
     if only in SCHEMES and default == "none":
-        default, unless = _text(Slab(scheme=only).flat[name]), "at n_x = 129"
+        slab = Slab(scheme=only)
+        default, unless = _text(slab.flat[name]), "at n_x = 129"
+    # A case has no limit by default; a campaign has, where its file gives none.
     if table == "limits":
-        default, unless = (f"{LIMITS[name]:g}", "without any limit") if name in LIMITS else ("none", "")
-    return Key(word, name, table, only, stated, _need(name, word, stated, hint), default, unless)
+        default = "none"
+        if name in LIMITS:
+            default, unless = f"{LIMITS[name]:g}", "without any limit"
+    allowed = _need(name, word, stated, hint)
+    return Key(word, name, table, only, stated, allowed, default, unless)
 
 
 def _need(name: str, word: str, stated: Parameter, hint: Any) -> str:
@@ -149,12 +172,15 @@ def _need(name: str, word: str, stated: Parameter, hint: Any) -> str:
         return stated.need
     words = FAMILIES[name].keys() if name in FAMILIES else field_choices(hint)
     if words:
-        return ", ".join(f'"{each}"' for each in words)
+        return ", ".join(f'"{choice}"' for choice in words)
     if stated.columns:
-        return f"a CSV file with the columns {', '.join(stated.columns)}"
+        columns = ", ".join(stated.columns)
+        return f"a CSV file with the columns {columns}"
     if hint is bool:
         return "true, false"
-    return stated.allowed(word, hint is int or int in getattr(hint, "__args__", ()))
+    # `int | None` is a whole number, too.
+    is_whole = hint is int or int in getattr(hint, "__args__", ())
+    return stated.allowed(word, is_whole)
 
 
 def _text(value: Any) -> str:

@@ -43,25 +43,28 @@ class About:
 
     def __post_init__(self) -> None:
         for name in ("author", "orcid"):
-            given: Any = getattr(self, name)
-            listed = list(given) if isinstance(given, list | tuple) else [given]
-            require(name, given, all(map(_is_line, listed)), declared(About)[name].need)
-            object.__setattr__(self, name, tuple(each.strip() for each in listed))
+            value: Any = getattr(self, name)
+            lines = list(value) if isinstance(value, list | tuple) else [value]
+            require(name, value, all(map(_is_line, lines)), declared(About)[name].need)
+            object.__setattr__(self, name, tuple(line.strip() for line in lines))
         for name in ("licence", "doi"):
-            given = getattr(self, name)
-            require(name, given, given == "" or _is_line(given), declared(About)[name].need)
+            value = getattr(self, name)
+            need = declared(About)[name].need
+            require(name, value, value == "" or _is_line(value), need)
 
     @property
     def attributes(self) -> dict[str, str]:
         """Attributes of a dataset, in the words of ACDD 1.3 (Attribute Convention for Data Discovery), as given."""
-        found = {
+        attributes = {
             "creator_name": "; ".join(self.author),
             "creator_url": "; ".join(self.orcid),
             "license": self.licence,
             "id": self.doi,
-            "naming_authority": "org.doi" if self.doi else "",
         }
-        return {name: text for name, text in found.items() if text}
+        # ACDD wants an id to be unique within the authority that gave it.
+        if self.doi:
+            attributes["naming_authority"] = "org.doi"
+        return {name: text for name, text in attributes.items() if text}
 
 
 def _is_line(given: Any) -> bool:
@@ -95,7 +98,8 @@ class NamedDrive:
     """The drive with its values in SI. The ranges of its parameters are the same as in the solver's units."""
 
     def __post_init__(self) -> None:
-        require("name", self.name, isinstance(self.name, str) and bool(self.name.strip()), "a name")
+        is_name = isinstance(self.name, str) and bool(self.name.strip())
+        require("name", self.name, is_name, "a name")
         require("name", self.name, one_line(self.name), ONE_LINE)
         require("name", self.name, len(self.name) <= LONGEST_MESSAGE, f"at most {LONGEST_MESSAGE} characters")
         validate(self)
@@ -103,21 +107,24 @@ class NamedDrive:
     @classmethod
     def of(cls, name: str, **entries: Any) -> Self:
         """The drive from the entries of a table [[drives]]; the paper's values for the rest. Raises InvalidInput."""
-        own = {key: entries.pop(key) for key in declared(cls) if key in entries}
-        checked = cls(name, **own)
+        of_pin = {key: entries.pop(key) for key in declared(cls) if key in entries}
+        # Made without a drive first: mass and lengths are checked before a duration is computed from them.
+        checked = cls(name, **of_pin)
         length = {PERIODS: checked.duration_periods, TRAVEL: checked.stage_travel}
         frequency = {FREQUENCY: checked.stage_frequency}
-        entries = convert_to_seconds({**entries, **length, **frequency}, checked.pin_mass)
-        return cls(name, **own, in_si=Drive.of({**si_defaults(), **entries}))
+        in_seconds = convert_to_seconds({**entries, **length, **frequency}, checked.pin_mass)
+        drive = Drive.of({**si_defaults(), **in_seconds})
+        return cls(name, **of_pin, in_si=drive)
 
     @property
     def flat(self) -> dict[str, Any]:
         """Every parameter but the name, in SI, by name; None for parameters that it does not use."""
-        own = {name: getattr(self, name) for name in declared(type(self))}
-        found = own | self.in_si.flat
+        of_pin = {name: getattr(self, name) for name in declared(type(self))}
+        parameters = of_pin | self.in_si.flat
+        # A stage that goes one way reads neither: their defaults beside it would be labels without an effect.
         if self.in_si.stage_stroke is None:
-            found |= {"stage_motion": None, "stage_cycles": None}
-        return found
+            parameters |= {"stage_motion": None, "stage_cycles": None}
+        return parameters
 
     def dimensionless(self, scales: Scales) -> Drive:
         """Drive in the solver's units. Raises InvalidInput if a value is out of range in them."""
@@ -150,7 +157,8 @@ class CampaignDrive:
     @property
     def label(self) -> str:
         """Name and the values in which it differs from the campaign's other drives, in one line."""
-        return " ".join([self.name, *(f"{name}={value}" for name, value in self.point.items())])
+        values = [f"{name}={value}" for name, value in self.point.items()]
+        return " ".join([self.name, *values])
 
 
 def drive_parameters() -> Mapping[str, Parameter]:
@@ -161,12 +169,14 @@ def drive_parameters() -> Mapping[str, Parameter]:
 def drive_sizes(given: Mapping[str, Sequence[Any]]) -> list[str]:
     """Pin mass, spring, damping and stage velocity of drives in SI, as `m = 500 g`; missing ones are left out."""
     lines = []
-    symbolic = {name: stated for name, stated in drive_parameters().items() if stated.symbol}  # others may be words
+    # Parameters without a symbol may be words, as `profile` is, and have no size.
+    symbolic = {name: stated for name, stated in drive_parameters().items() if stated.symbol}
     for name, stated in symbolic.items():
         values = [value for value in given.get(name, ()) if math.isfinite(value)]
-        if values:
-            unit = "" if stated.unit == "1" else as_written(stated.unit)
-            lines.append(f"{stated.symbol} = {span(values, unit)}")
+        if not values:
+            continue
+        unit = "" if stated.unit == "1" else as_written(stated.unit)
+        lines.append(f"{stated.symbol} = {span(values, unit)}")
     return lines
 
 
@@ -257,9 +267,11 @@ class Outputs:
         validate(self)
         events, need = self.tractions_at, declared(Outputs)["tractions_at"].need
         require("tractions_at", events, _increasing(events), need)
+        # TOML has lists; a frozen value needs tuples, to be hashed and compared.
         object.__setattr__(self, "tractions_at", tuple(events))
         if self.observables != ():
-            object.__setattr__(self, "observables", require_references(self.observables))
+            references = require_references(self.observables)
+            object.__setattr__(self, "observables", references)
 
 
 @dataclass(frozen=True, slots=True)
@@ -310,9 +322,12 @@ class TargetTable:
 
     def variables(self, last: Stage, to_and_fro: bool = False) -> tuple[str, ...]:
         """Variables of the target, if this is the last stage. to_and_fro: whether the stage of all drives has a stroke."""
-        usual = {"contact": ("contact_half_width",), "slip": ("plateau_mean",)}
+        if self.of:
+            return self.of
+        # A stage to and fro may turn before the pin slides steadily: its loop has an energy in any case.
         of_drives = ("loop_energy",) if to_and_fro else ("static_friction", "kinetic_friction")
-        return self.of or usual.get(last, of_drives)
+        usual = {"contact": ("contact_half_width",), "slip": ("plateau_mean",)}
+        return usual.get(last, of_drives)
 
 
 @dataclass(frozen=True, slots=True)
@@ -408,7 +423,11 @@ class Manifest:
     def case_count(self) -> int:
         """Number of cases."""
         lengths = [len(values) for values in self.axes.values()]
-        return math.prod(lengths) if self.design == "product" else min(lengths, default=0)
+        # A product of no axes is one case, of the tables alone. All other designs have axes of equal length; where they
+        # have not, that is refused, and the shortest is what can be counted.
+        if self.design == "product":
+            return math.prod(lengths)
+        return min(lengths, default=0)
 
     @property
     def paths(self) -> bool:
@@ -425,21 +444,28 @@ class Manifest:
         """Values of a parameter of cases: the values on its axis, else the common value of all cases."""
         if name in self.axes:
             return self.axes[name]
-        return (self.fixed.get(name, Case.of({}).flat[name]),)
+        default = Case.of({}).flat[name]
+        return (self.fixed.get(name, default),)
 
     @property
     def fixed(self) -> dict[str, Value]:
         """Parameters from the tables, by field name: equal for all cases."""
-        return {name: value for table in self.tables.values() for name, value in table.items()}
+        values: dict[str, Value] = {}
+        for table in self.tables.values():
+            values |= table
+        return values
 
 
 def _increasing(value: Any) -> bool:
     """True for a list of increasing whole numbers from 0 to the most events of a record."""
     if not isinstance(value, list | tuple) or not all(map(_is_whole, value)):
         return False
-    return all(before < after for before, after in itertools.pairwise([-1, *value, MOST_EVENTS + 1]))
+    # Both ends are checked as neighbours: the first event is above -1, the last below one more than a record can have.
+    bounded = [-1, *value, MOST_EVENTS + 1]
+    return all(before < after for before, after in itertools.pairwise(bounded))
 
 
+# Entered here, not declared beside OTHER_TABLES: messages need the keys of all tables, and are made below this file.
 OTHER_TABLES.update(
     {
         "scales": (*field_names(Scales), YOUNG),

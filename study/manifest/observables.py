@@ -69,8 +69,9 @@ class Explained(NamedTuple):
 def explain_docstring(docstring: str | None, name: str) -> Explained:
     """The first line of a docstring, and all further ones; the name in words without a docstring."""
     first, _, rest = (docstring or "").strip().partition("\n")
-    lines = (" ".join(printable(part, LONGEST_MESSAGE).split()) for part in (first.rstrip(" ."), rest))
-    meaning, comment = lines
+    # Each becomes an attribute of a dataset, of one line, without characters that a terminal would obey.
+    lines = [printable(part, LONGEST_MESSAGE) for part in (first.rstrip(" ."), rest)]
+    meaning, comment = (" ".join(line.split()) for line in lines)
     return Explained(meaning or name.replace("_", " "), comment)
 
 
@@ -79,7 +80,9 @@ def is_driven(required: int, refused: bool = False) -> bool | None:
 
     required: positional parameters without default. refused: whether it needs others, too.
     """
-    return None if refused or required not in (1, 2) else required == 2
+    if refused or required not in (1, 2):
+        return None
+    return required == 2
 
 
 class Reference(NamedTuple):
@@ -106,9 +109,10 @@ def require_references(given: Any) -> tuple[str, ...]:
     """The references of a list. Raises InvalidInput unless each is `module:function`, each function's name once."""
     require(KEY, given, isinstance(given, list | tuple), REFERENCE)
     names = set[str]()
-    for each in given:
-        name = parse_reference(each).name
-        require(KEY, each, name not in names, f"another name: {name} is there twice")
+    # The function's name alone is the variable of the dataset: of two files they must not collide.
+    for reference in given:
+        name = parse_reference(reference).name
+        require(KEY, reference, name not in names, f"another name: {name} is there twice")
         names.add(name)
     return tuple(given)
 
@@ -119,7 +123,8 @@ def source_files(given: Any) -> list[str]:
         require_references(given)
     except InvalidInput:
         return []
-    return list(dict.fromkeys(parse_reference(each).file for each in given))
+    files = [parse_reference(reference).file for reference in given]
+    return list(dict.fromkeys(files))
 
 
 def _is_name(word: str) -> bool:
@@ -135,6 +140,7 @@ def _parse(file: Path, text: str) -> ast.Module:
         return ast.parse(text)
     except SyntaxError as error:
         need = f"Python in {file.name}: line {error.lineno}: {error.msg}"
+    # A text with null bytes, or nested too deeply for the parser: any file may be named, also none of Python.
     except (ValueError, RecursionError, MemoryError) as error:
         need = f"Python in {file.name}: {type(error).__name__}"
     raise InvalidInput(KEY, file.name, need)
@@ -143,23 +149,26 @@ def _parse(file: Path, text: str) -> ast.Module:
 def find_function(name: str, file: Path, text: str) -> Observable:
     """The function of this name in a source. Raises InvalidInput."""
     statements = _parse(file, text).body
-    functions = {each.name: each for each in statements if isinstance(each, ast.FunctionDef)}
+    functions = {statement.name: statement for statement in statements if isinstance(statement, ast.FunctionDef)}
     if name not in functions:
         raise InvalidInput(KEY, name, _missing_need(name, file.name, functions))
     function = functions[name]
-    given = function.args
-    required = len(given.posonlyargs) + len(given.args) - len(given.defaults)
-    driven = is_driven(required, refused=None in given.kw_defaults)
+    parameters = function.args
+    positional = len(parameters.posonlyargs) + len(parameters.args)
+    # Python lists a keyword without default as None: nobody would give it a value.
+    required = positional - len(parameters.defaults)
+    driven = is_driven(required, refused=None in parameters.kw_defaults)
     if driven is None:
         raise InvalidInput(KEY, name, f"{PARAMETERS}: def {name}(record) or def {name}(record, motion)")
-    told = explain_docstring(ast.get_docstring(function), name)
-    return Observable(name, name, file.stem, *told, driven, text, str(file))
+    meaning, comment = explain_docstring(ast.get_docstring(function), name)
+    return Observable(name, name, file.stem, meaning, comment, driven, text, str(file))
 
 
 def _missing_need(name: str, file: str, functions: Collection[str]) -> str:
-    near = difflib.get_close_matches(name, functions, 1)
-    there = f"did you mean {near[0]}?" if near else f"it has {', '.join(functions) or 'none'}"
-    return f"a function def {name}(record) in {file}, not inside of anything else; {there}"
+    similar = difflib.get_close_matches(name, functions, 1)
+    names = ", ".join(functions) or "none"
+    advice = f"did you mean {similar[0]}?" if similar else f"it has {names}"
+    return f"a function def {name}(record) in {file}, not inside of anything else; {advice}"
 
 
 # What a number needs of its campaign.

@@ -44,32 +44,41 @@ def spellings(symbols: Mapping[Name, str]) -> dict[Name, set[str]]:
 def with_symbol(word: str, symbols: Mapping[Name, str]) -> list[Name]:
     """The names with this symbol, in Greek or Latin letters: all of it, as `R/L_x`; else without its unit."""
     spelt = spellings(symbols)
-    whole = [name for name, each in spelt.items() if word in each]
+    whole = [name for name, words in spelt.items() if word in words]
     if whole:
         return whole
-    found = []
+    names = []
     for name, words in spelt.items():
-        if word in {spelling.partition("/")[0] for spelling in words}:
-            found.append(name)
-    return found
+        numerators = {spelling.partition("/")[0] for spelling in words}
+        if word in numerators:
+            names.append(name)
+    return names
 
 
 def word_for_symbol(key: str, stated: Mapping[str, Parameter]) -> str:
     """Manifest key for a symbol; other words, and ambiguous symbols, are returned unchanged."""
-    symbols = {each.word or name: each.symbol for name, each in stated.items()}
-    found = [] if key in stated or key in symbols else with_symbol(key, symbols)
-    return found[0] if len(found) == 1 else key
+    symbols = {parameter.word or name: parameter.symbol for name, parameter in stated.items()}
+    # A key that is also another key's symbol means itself.
+    if key in stated or key in symbols:
+        return key
+    words = with_symbol(key, symbols)
+    return words[0] if len(words) == 1 else key
 
 
 def table_words(table: str) -> tuple[str, ...]:
     """The words that a table of a manifest takes, in the order of declaration."""
-    return tuple(stated.word or name for name, stated in parameters_of_a_case().items() if stated.table == table)
+    of_table = {name: stated for name, stated in parameters_of_a_case().items() if stated.table == table}
+    return tuple(stated.word or name for name, stated in of_table.items())
 
 
 def axes() -> tuple[str, ...]:
     """The words that can be an axis: all but those whose values are lists or files, of which a profile can."""
-    stated = parameters_of_a_case().items()
-    return tuple(each.word or name for name, each in stated if not (each.columns or each.listed) or name == "roughness")
+    words = []
+    for name, stated in parameters_of_a_case().items():
+        is_single = not stated.columns and not stated.listed
+        if is_single or name == "roughness":
+            words.append(stated.word or name)
+    return tuple(words)
 
 
 class FileName(str):
@@ -86,7 +95,8 @@ BETWEEN: Final = "\f"
 
 def file_parameters() -> dict[str, Parameter]:
     """Word of each parameter whose value is a CSV file that the campaign names -> its declaration."""
-    return {stated.word or name: stated for name, stated in parameters_of_a_case().items() if stated.columns}
+    of_files = {name: stated for name, stated in parameters_of_a_case().items() if stated.columns}
+    return {stated.word or name: stated for name, stated in of_files.items()}
 
 
 FILE_KEYS: Final = ("table", *file_parameters(), "observables")
@@ -105,7 +115,8 @@ def field_names(kind: Any) -> tuple[str, ...]:
 
 def table_taking(word: str) -> str:
     """The name of the table that takes a word; empty if none does."""
-    return next((table for table in TABLES if word in table_words(table)), "")
+    tables = (table for table in TABLES if word in table_words(table))
+    return next(tables, "")
 
 
 def words_by_name() -> Mapping[str, str]:
@@ -115,7 +126,9 @@ def words_by_name() -> Mapping[str, str]:
 
 def parameters_text(parameters: Mapping[str, object]) -> str:
     """Parameters and their values in the words of a manifest: `radius = 200.0, events = 5`."""
-    return ", ".join(f"{words_by_name().get(name, name)} = {as_typed(value)}" for name, value in parameters.items())
+    words = words_by_name()
+    entries = [f"{words.get(name, name)} = {as_typed(value)}" for name, value in parameters.items()]
+    return ", ".join(entries)
 
 
 def as_typed(value: object) -> str:
@@ -125,7 +138,8 @@ def as_typed(value: object) -> str:
 
 def settings() -> tuple[str, ...]:
     """Names of the parameters of a slab's discretization, including the parameters of all schemes."""
-    return (*(name for name in declared(Slab) if name not in PHYSICS), *SCHEMES.settings())
+    of_slab = [name for name in declared(Slab) if name not in PHYSICS]
+    return (*of_slab, *SCHEMES.settings())
 
 
 LIMITS: dict[str, int | float] = {"max_events": 100_000, "max_presliding": 8.0, "spacing_events": 20_000}
@@ -147,9 +161,11 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
     Where no limit is given, LIMITS hold. Where only displacement or spacings are limited, events are not.
     Raises InvalidInput; its message has the word of a manifest, the value and the range.
     """
+    # The solver takes some infinite values as "no limit"; a campaign leaves such a key out. An infinite μ_i never slips.
     for name, value in parameters.items():
         if isinstance(value, float) and math.isinf(value) and name != "intrinsic_friction":
             raise InvalidInput(name, value, "a finite number")
+    # A FileName on an axis stands for the numbers in its file.
     parameters = {name: getattr(value, "content", value) for name, value in parameters.items()}
     limits: dict[str, Any] = {}
     if not parameters.keys() & {*STOP_CONDITIONS}:
@@ -171,24 +187,29 @@ class Alike:
     def __init__(self, fixed: Mapping[str, Value], names: Sequence[str]) -> None:
         """names: of the parameters that differ; a later value of the same name counts."""
         self._fixed, self._names = fixed, tuple(names)
-        own = {item.name: place for place, item in enumerate(fields(Case)) if item.name in declared(Case)}
-        self._own = [(number, own[name]) for number, name in enumerate(names) if name in own]
-        self._others = [number for number, name in enumerate(names) if name not in own]
+        places = {item.name: place for place, item in enumerate(fields(Case)) if item.name in declared(Case)}
+        # A case's own fields are replaced one by one; all others are inside of its parts, which are shared.
+        self._own = [(number, places[name]) for number, name in enumerate(names) if name in places]
+        self._others = [number for number, name in enumerate(names) if name not in places]
         self._kinds: dict[tuple[Any, ...], list[Any]] = {}
 
     def case(self, values: tuple[Any, ...]) -> Case:
         """The case that `make_case` makes of these values beside the fixed ones. Raises InvalidInput as it does."""
         kind = tuple([values[number] for number in self._others])
-        known = self._kinds.get(kind)
-        if known is not None and math.inf not in values:  # which some take that a campaign refuses
+        arguments = self._kinds.get(kind)
+        # `make_case` refuses infinite values that a `Case` takes.
+        if arguments is not None and math.inf not in values:
             for number, place in self._own:
-                known[place] = values[number]
+                arguments[place] = values[number]
             try:
-                return Case(*known)
+                return Case(*arguments)
             except InvalidInput:
-                pass  # `make_case` says the same in the words of a manifest
-        case = make_case({**self._fixed, **dict(zip(self._names, values, strict=True))})
-        if known is None:
+                # `make_case` refuses it once more, in the words of a manifest.
+                pass
+        varied = dict(zip(self._names, values, strict=True))
+        case = make_case({**self._fixed, **varied})
+        if arguments is None:
+            # A design that varies a slab has as many kinds as cases: they would take memory and never be met again.
             if len(self._kinds) >= MOST_KINDS:
                 self._kinds.clear()
             self._kinds[kind] = [getattr(case, item.name) for item in fields(Case)]
@@ -214,14 +235,21 @@ def plain(key: str, value: Any, stated: Parameter, scales: Scales | None = None)
     scales: of the campaign, for a parameter of a case.
     """
     unit = UNITS.get(stated.scale, "") if scales else stated.unit
-    given = _QUANTITY.fullmatch(value) if isinstance(value, str) and unit not in ("", "1") else None
-    if given is None:
+    if not isinstance(value, str) or unit in ("", "1"):
         return value
+    match = _QUANTITY.fullmatch(value)
+    if match is None:
+        return value
+    number, its_unit = match.groups()
     try:
-        found = _convert_unit(given[1], given[2], unit, scales if stated.scale == "force" else None)
-        return float(found / Decimal(str(getattr(scales, stated.scale) if scales else 1)))
-    except (AttributeError, TypeError, ValueError, ArithmeticError):  # pint's own are among them
-        raise InvalidInput(key, value, f'a number, or one with a unit as "{given[1]} {as_written(unit)}"') from None
+        size = _convert_unit(number, its_unit, unit, scales if stated.scale == "force" else None)
+        # Decimals: "0.3 mm" over "1 mm" is 0.3 to the last bit, the same case as one that is written without a unit.
+        scale = getattr(scales, stated.scale) if scales else 1
+        return float(size / Decimal(str(scale)))
+    # Among them are the exceptions of pint, for units that it does not know or that are of another dimension.
+    except (AttributeError, TypeError, ValueError, ArithmeticError):
+        example = f"{number} {as_written(unit)}"
+        raise InvalidInput(key, value, f'a number, or one with a unit as "{example}"') from None
 
 
 def has_unit(value: Any) -> bool:
@@ -240,10 +268,12 @@ def _convert_unit(number: str, unit: str, into: str, scales: Scales | None) -> D
     """A quantity in another unit. scales: for a force, which may be given per depth of the slab, as plane strain has it."""
     try:
         return convert(number, unit, into)
-    except TypeError:  # of another dimension
+    except TypeError:
+        # Another dimension: a load per depth, as a line contact has it, times the depth of the slab.
         if scales is None:
             raise
-        return convert(number, unit, "N/m") * Decimal(str(scales.slab_depth))
+        per_depth = convert(number, unit, "N/m")
+        return per_depth * Decimal(str(scales.slab_depth))
 
 
 def resembles_ball(given: Mapping[str, Any]) -> bool:
@@ -251,30 +281,41 @@ def resembles_ball(given: Mapping[str, Any]) -> bool:
 
     That is a radius as a length, with scales but no depth, in plane strain.
     """
-    radii, schemes, pins = (np.ravel(given.get(key, "")).tolist() for key in ("radius", "scheme", "pin"))
+    radii, names, pins = (np.ravel(given.get(key, "")).tolist() for key in ("radius", "scheme", "pin"))
+    schemes = [SCHEMES[name] for name in names if name in SCHEMES]
+    # A number over the width is typed by people who know the model; a flat punch has no radius, and a chain no depth.
     a_length = any(map(has_unit, radii))
-    plane = not any(each in SCHEMES and (SCHEMES[each].planar or not SCHEMES[each].continuum) for each in schemes)
-    scaled = bool({"slab_width", "shear_modulus", YOUNG} & given.keys()) and "slab_depth" not in given
-    return a_length and plane and scaled and "flat_punch" not in pins
+    plane_strain = not any(scheme.planar or not scheme.continuum for scheme in schemes)
+    scaled = bool({"slab_width", "shear_modulus", YOUNG} & given.keys())
+    return a_length and plane_strain and scaled and "slab_depth" not in given and "flat_punch" not in pins
 
 
 def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequence[Any]]) -> str:
     """Lengths, loads and node spacing in SI of cases with these parameters, in one line."""
-    stated = parameters_of_a_case()
     common = {**Case.of({}).flat, **fixed}
-    given = {**{name: (value,) for name, value in common.items()}, **axes}
-    idle = {size for shape, size in PIN_SIZES.items() if shape not in given["pin"]}
-    said = [f"L_x = {compact(scales.slab_width, 'm')}"]
-    for name in (name for name in stated if stated[name].scale in UNITS and stated[name].symbol and name not in idle):
-        sizes = [float(value) * getattr(scales, stated[name].scale) for value in given[name]]
+    values = {**{name: (value,) for name, value in common.items()}, **axes}
+    # The radius of a flat punch and the half-width of a ball have defaults, which mean nothing.
+    idle = {size for shape, size in PIN_SIZES.items() if shape not in values["pin"]}
+    parts = [f"L_x = {compact(scales.slab_width, 'm')}"]
+    for name, stated in parameters_of_a_case().items():
+        if stated.scale not in UNITS or not stated.symbol or name in idle:
+            continue
+        scale = getattr(scales, stated.scale)
+        sizes = [float(value) * scale for value in values[name]]
+        # As a strength that nobody asked for.
         if not any(sizes):
-            continue  # as a strength that nobody asked for
-        said.append(f"{stated[name].symbol.partition('/')[0]} = {span(sizes, UNITS[stated[name].scale])}")
-    apart = [scales.slab_width / (int(n_x) - 1) for n_x in given["n_x"]]
-    said += [f"L_y = {compact(scales.slab_depth, 'm')}", f"G = {compact(scales.shear_modulus, 'Pa')}"]
-    if len({*given["poisson"]}) == 1:
-        said.append(f"E = {compact(2.0 * (1.0 + float(given['poisson'][0])) * scales.shear_modulus, 'Pa')}")
-    return f"{', '.join(said)}, nodes {span(apart, 'm')} apart"
+            continue
+        symbol = stated.symbol.partition("/")[0]
+        parts.append(f"{symbol} = {span(sizes, UNITS[stated.scale])}")
+    spacings = [scales.slab_width / (int(n_x) - 1) for n_x in values["n_x"]]
+    parts += [f"L_y = {compact(scales.slab_depth, 'm')}", f"G = {compact(scales.shear_modulus, 'Pa')}"]
+    ratios = {*values["poisson"]}
+    # E = 2(1 + ν)G; with several ν there is one for each.
+    if len(ratios) == 1:
+        poisson = float(values["poisson"][0])
+        young = 2.0 * (1.0 + poisson) * scales.shear_modulus
+        parts.append(f"E = {compact(young, 'Pa')}")
+    return f"{', '.join(parts)}, nodes {span(spacings, 'm')} apart"
 
 
 def si_text(scales: Scales, name: str, value: Any) -> str:
@@ -282,7 +323,8 @@ def si_text(scales: Scales, name: str, value: Any) -> str:
     stated = parameters_of_a_case().get(name)
     if stated is None or stated.scale not in UNITS or not math.isfinite(value):
         return ""
-    return compact(float(value) * getattr(scales, stated.scale), UNITS[stated.scale])
+    size = float(value) * getattr(scales, stated.scale)
+    return compact(size, UNITS[stated.scale])
 
 
 def span(values: Sequence[float], unit: str) -> str:
@@ -293,12 +335,14 @@ def span(values: Sequence[float], unit: str) -> str:
 
 def compact(value: float, unit: str, error: float | None = None) -> str:
     """A value in SI with the prefix that suits it, to four digits, or rounded beside its ±: 15.62 μm."""
-    if unit == "kg":  # which has a prefix already
+    # The one SI unit that has a prefix already: m kg would be no unit.
+    if unit == "kg":
         value, unit = 1e3 * value, "g"
     power, prefix = _prefix(value) if unit else (0, "")
+    # A decimal shift is exact, a product with 1e-9 is not: 15 nm would be 15.000000000000002 of them.
     size = float(Decimal(value).scaleb(-power))
-    said = f"{size:.4g}" if error is None else with_error(size, error * 10.0**-power)
-    return f"{said} {prefix}{unit}".rstrip()
+    number = f"{size:.4g}" if error is None else with_error(size, error * 10.0**-power)
+    return f"{number} {prefix}{unit}".rstrip()
 
 
 def axis_unit(size: float, unit: str) -> tuple[float, str]:
@@ -309,7 +353,9 @@ def axis_unit(size: float, unit: str) -> tuple[float, str]:
 
 def _prefix(size: float) -> tuple[int, str]:
     """Power of ten of the SI prefix that suits a number, and the prefix."""
-    thousands = min(max(Decimal(f"{size:.4g}").adjusted() // 3, -10), 10)
+    # Rounded as it will be shown: 999.96 mm is 1 m, not 1000 mm. SI has prefixes from quecto (10^-30) to quetta (10^30).
+    exponent = Decimal(f"{size:.4g}").adjusted()
+    thousands = min(max(exponent // 3, -10), 10)
     return 3 * thousands, "qryzafpnμm kMGTPEZYRQ"[thousands + 10].strip()
 
 

@@ -30,9 +30,14 @@ class Place(NamedTuple):
 
     def of(self, key: str) -> str:
         """This place and a key there, as messages show it."""
-        line = f"line {self.part}" if isinstance(self.part, int) else ""
-        inside = f"{self.part}.{key}" if self.part and key and not line else key or str(self.part)
-        return ": ".join(filter(None, (self.file, line, inside if key or not line else "")))
+        # A line of a table of cases has a column as key, if any; a table of the campaign file leads its key with a dot.
+        if isinstance(self.part, int):
+            parts = (self.file, f"line {self.part}", key)
+        elif self.part and key:
+            parts = (self.file, f"{self.part}.{key}")
+        else:
+            parts = (self.file, key or self.part)
+        return ": ".join(filter(None, parts))
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +53,15 @@ class Problem:
     """Problem, if the value alone does not show it: the key is unknown, or belongs elsewhere."""
 
     def __str__(self) -> str:
-        missing = self.value is None
-        given = not missing and self.value is not ABSENT
-        where = self.place.of(self.key) + (f" = {quote_rounded(self.value)}" if given else "")
-        parts = (where, "missing" if missing else "", self.remark, self.need and f"needs {self.need}")
+        # None is a key that has to be there; ABSENT is a problem without a value, as that of a whole file.
+        parts = [self.place.of(self.key)]
+        if self.value is None:
+            parts.append("missing")
+        elif self.value is not ABSENT:
+            parts[0] += f" = {quote_rounded(self.value)}"
+        parts.append(self.remark)
+        if self.need:
+            parts.append(f"needs {self.need}")
         return escape(": ".join(filter(None, parts)))
 
 
@@ -75,12 +85,14 @@ class ManifestError(NanoslipError):
 
     def drop_places(self) -> "ManifestError":
         """Error without the places of its problems, for keys that were given without a file and without tables."""
-        return ManifestError(replace(each, place=Place()) for each in self.problems)
+        return ManifestError(replace(problem, place=Place()) for problem in self.problems)
 
     def __str__(self) -> str:
-        more = len(self.problems) - MOST_LINES
         lines = list(map(str, self.problems[:MOST_LINES]))
-        return "\n".join([*lines, *([f"and {more} problems more"] if more > 0 else [])])
+        more = len(self.problems) - MOST_LINES
+        if more > 0:
+            lines.append(f"and {more} problems more")
+        return "\n".join(lines)
 
 
 MOST_REPEATED = 8
@@ -98,23 +110,29 @@ def repeated_remark(repeated: Collection[object]) -> str:
 
 def quote_rounded(value: object) -> str:
     """A value in the notation of TOML, numbers to ten digits: a division by a unit leaves 1.4899999999999998."""
-    return quote_toml(float(f"{value:.10g}") if isinstance(value, float) else value)
+    rounded = float(f"{value:.10g}") if isinstance(value, float) else value
+    return quote_toml(rounded)
 
 
 def key_shown(key: str) -> str:
     """A key of a campaign file, at most SHOWN characters; in quotes where it is not a single word."""
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) and len(key) <= SHOWN else quote_toml(key)
+    # What TOML calls a bare key; any other may have line ends or thousands of characters, which `quote_toml` shortens.
+    is_bare = re.fullmatch(r"[A-Za-z0-9_-]+", key) is not None
+    return key if is_bare and len(key) <= SHOWN else quote_toml(key)
 
 
 def escape(text: str) -> str:
     """A text on one line, with control characters and changes of writing direction escaped."""
+    # A terminal obeys control characters: the name of a file must not be able to clear the screen.
     return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
 
 
 def path_shown(path: Path) -> str:
     """A path as one printable line of at most LONGEST_PATH characters."""
     text = escape(str(path))
-    return text if len(text) <= LONGEST_PATH else text[: LONGEST_PATH - 3] + "..."
+    if len(text) <= LONGEST_PATH:
+        return text
+    return text[: LONGEST_PATH - 3] + "..."
 
 
 def unknown(word: str, allowed: Collection[str]) -> str:
@@ -124,26 +142,34 @@ def unknown(word: str, allowed: Collection[str]) -> str:
 
 def suggestion_remark(word: str, allowed: Collection[str]) -> str:
     """Remark on a misplaced or misspelt word, or one of physics beyond the model; empty for any other text."""
-    if place := _home(word):
+    # Certain answers come before guesses: the table of a key, a symbol, another name; similar letters are tried last, as
+    # `wear` would else become a key that is spelt like it.
+    place = _home(word)
+    if place:
         return "; or did you mean ".join(filter(None, (place, key_meant(word))))
-    symbol = word_for_symbol(word, {**parameters_of_a_case(), **parameters_of_a_drive()})
-    if symbol == word and (how := otherwise(word)):
-        return how
-    meant = symbol
-    if symbol == word:
+    meant = word_for_symbol(word, {**parameters_of_a_case(), **parameters_of_a_drive()})
+    if meant == word:
+        how = otherwise(word)
+        if how:
+            return how
         meant = key_meant(word)
     if not meant and not missing_physics(word):
         meant = "".join(difflib.get_close_matches(word[:SHOWN], allowed, 1))
     if not meant:
         return missing_physics(word)
     home = "" if meant in allowed else _home(meant)
-    return f"unknown; did you mean {meant}" + (f", which {home}?" if home else "?")
+    question = f", which {home}?" if home else "?"
+    return f"unknown; did you mean {meant}{question}"
 
 
 def _home(word: str) -> str:
     """Table in which a known word belongs, as a remark; empty for any other."""
-    if table := table_taking(word):
-        return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
-    table = next((table for table, keys in OTHER_TABLES.items() if word in keys), "")
-    place = "[[drives]] or [drive_axes]" if table == "drives" else f"[{table}]"
-    return f"belongs in {place}" if table else ""
+    table = table_taking(word)
+    if table:
+        or_axes = " or [axes]" if word in axes() else ""
+        return f"belongs in [{table}]{or_axes}"
+    for table, keys in OTHER_TABLES.items():
+        if word in keys:
+            place = "[[drives]] or [drive_axes]" if table == "drives" else f"[{table}]"
+            return f"belongs in {place}"
+    return ""

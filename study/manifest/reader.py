@@ -35,7 +35,9 @@ from nanoslip.solver.outcome import ABSENT, LONGEST_MESSAGE, InvalidInput
 from nanoslip.solver.parameter import as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
 from nanoslip.study.manifest.checker import (
+    CaseTable,
     Checker,
+    FileRows,
     Given,
     GivenColumns,
     NamedFiles,
@@ -122,62 +124,81 @@ def read_drives(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Dri
     """
     axes = _axes(checker, top.get(AXES, {}))
     tables = _tables(checker, top, axes)
-    if (count := len(tables) * math.prod(map(len, axes.values()))) > MOST_CASES:
+    # Counted before they are made: axes of a thousand values each would fill the memory before anything was refused.
+    count = len(tables) * math.prod(map(len, axes.values()))
+    if count > MOST_CASES:
         checker.refuse(AXES, remark=f"{count} drives", need=f"at most {MOST_CASES}")
         return Drives()
-    points = [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
-    found = []
+    combinations = itertools.product(*axes.values())
+    points = [dict(zip(axes, values, strict=True)) for values in combinations]
+    drives_by_table = []
     for table in tables:
-        found.append([_make_drive(table, point, scales) for point in points])
-    for table, drives in zip(tables, found, strict=True):
+        drives_by_table.append([_make_drive(table, point, scales) for point in points])
+    for table, drives in zip(tables, drives_by_table, strict=True):
         if all(drive.drive is None for drive in drives):
             _refuse_table(checker, table, drives[0])
-    together = tuple(itertools.chain(*found))
+    together = tuple(itertools.chain(*drives_by_table))
+    # Without a single valid drive the tables have been refused already: each value would repeat the same reason.
     if any(drive.drive for drive in together):
         _refuse_values(checker, axes, together)
     return Drives(together, axes)
 
 
 def _tables(checker: Checker, top: Mapping[str, Any], axes: Mapping[str, Any]) -> list[_Table]:
-    found: dict[str, _Table] = {}
+    tables: dict[str, _Table] = {}
     for index, content in enumerate(top.get("drives", [])):
         where = f"drives[{index}]"
         if not isinstance(content, dict):
             checker.refuse(where, content, "a table [[drives]]")
             continue
-        for key in (key for key in content if key in axes):
-            checker.refuse(key, need="one place", remark=f"is in [{AXES}] too", table=where)
-        entries = {"name": DEFAULT} | {key: value for key, value in content.items() if key not in axes}
-        table = _table(checker, where, checker.to_si(where, entries, drive_parameters()))
-        if table.name in found:
+        entries = {"name": DEFAULT}
+        for key, value in content.items():
+            if key in axes:
+                checker.refuse(key, need="one place", remark=f"is in [{AXES}] too", table=where)
+            else:
+                entries[key] = value
+        in_si = checker.to_si(where, entries, drive_parameters())
+        table = _table(checker, where, in_si)
+        # The name is a coordinate of the dataset: two drives of one name could not be told apart there.
+        if table.name in tables:
             checker.refuse("name", table.name, "its own", "is another drive's name too", where)
-        found[table.name] = table
+        tables[table.name] = table
+    # Axes alone vary the paper's drive: a table without any entry would say no more.
     if axes and not top.get("drives"):
         return [_Table(AXES, DEFAULT, {})]
-    return list(found.values())
+    return list(tables.values())
 
 
 def _table(checker: Checker, where: str, content: dict[str, Any]) -> _Table:
     # Valid time steps depend on other keys, so integrators are checked last, with every valid key.
-    last = {key: content[key] for key in (INTEGRATORS.word, *INTEGRATORS.settings()) if key in content}
+    of_integrators = (INTEGRATORS.word, *INTEGRATORS.settings())
+    last = {key: content[key] for key in of_integrators if key in content}
     alone = {key: value for key, value in content.items() if key not in last}
-    good = checker.valid(where, alone, NamedDrive.of, ("name", *drive_parameters()), name="-")
+    allowed = ("name", *drive_parameters())
+    good = checker.valid(where, alone, NamedDrive.of, allowed, name="-")
     for key, value in list(last.items()):
-        if wrong := find_refusal(_drive_value, key, value):
+        wrong = find_refusal(_drive_value, key, value)
+        if wrong:
             checker.refuse(key, value, wrong.need, table=where)
             del last[key]
-    if alone.keys() - good and (wrong := find_refusal(only_length, alone)):  # else all of the table says it
-        checker.refuse(wrong.key, wrong.value, wrong.need, table=where)
-    return _Table(where, good.pop("name", "-"), good | last)
+    # Of a table whose entries are all valid, `_make_drive` refuses two lengths, with all of the table at hand.
+    two_lengths = find_refusal(only_length, alone)
+    if two_lengths and alone.keys() - good:
+        checker.refuse(two_lengths.key, two_lengths.value, two_lengths.need, table=where)
+    name = good.pop("name", "-")
+    return _Table(where, name, good | last)
 
 
 def _axes(checker: Checker, content: Mapping[str, Any]) -> dict[str, tuple[Value, ...]]:
     """Known axes with their valid values, in their declared type."""
-    found: dict[str, tuple[Value, ...]] = {}
-    for key, values in checker.lists(AXES, content, drive_parameters()):
-        firsts = checker.first_places(AXES, key, values)
-        found[key] = tuple(dict.fromkeys(_values(checker, key, firsts)))
-    return {key: values for key, values in found.items() if values}
+    axes: dict[str, tuple[Value, ...]] = {}
+    for key, written in checker.lists(AXES, content, drive_parameters()):
+        firsts = checker.first_places(AXES, key, written)
+        values = tuple(dict.fromkeys(_values(checker, key, firsts)))
+        # An axis whose values are all refused is left out: with no value it would have no point, and hide other problems.
+        if values:
+            axes[key] = values
+    return axes
 
 
 def _values(checker: Checker, key: str, values: Mapping[int, Any]) -> Iterator[Value]:
@@ -185,30 +206,37 @@ def _values(checker: Checker, key: str, values: Mapping[int, Any]) -> Iterator[V
     seen: set[Value] = set()
     for index, entry in values.items():
         place = f"{key}[{index}]"
-        number = checker.to_si(AXES, {place: entry}, {place: drive_parameters()[key]})
-        if place not in number:
+        declaration = drive_parameters()[key]
+        in_si = checker.to_si(AXES, {place: entry}, {place: declaration})
+        if place not in in_si:
             continue
-        given = number[place]
+        number = in_si[place]
         try:
-            value = _drive_value(key, given)
+            value = _drive_value(key, number)
         except InvalidInput as wrong:
-            checker.refuse(place, given, wrong.need, table=AXES)
+            checker.refuse(place, number, wrong.need, table=AXES)
             continue
+        # Values that are written differently may be equal once they are converted, as 1 and 1.0, or "1 mm/s" and 1e-3.
         if value in seen:
-            checker.refuse(place, given, "each value once", "is there twice", AXES)
+            checker.refuse(place, number, "each value once", "is there twice", AXES)
         seen.add(value)
         yield value
 
 
 def _drive_value(key: str, value: Any) -> Value:
     """Convert a single value of a drive to its declared type. Raises InvalidInput."""
+    # AUTO depends on the other entries of a drive: it would be one label for different values.
     require(key, value, value != AUTO, "a number on an axis")
     if key == INTEGRATORS.word:
-        return str(INTEGRATORS.named(value).name)
+        integrator = INTEGRATORS.named(value)
+        return str(integrator.name)
     beside: dict[str, Any] = {}
-    if key in INTEGRATORS.settings():  # which are right beside others only
-        beside = {INTEGRATORS.word: INTEGRATORS.settings()[key][0].name, "duration": _LONGEST}
-    typed: Value = NamedDrive.of("-", **beside, **{key: value}).flat[key]
+    # A setting is valid only beside its integrator, and a time step only within the duration: the longest excludes none.
+    if key in INTEGRATORS.settings():
+        integrator, *_ = INTEGRATORS.settings()[key]
+        beside = {INTEGRATORS.word: integrator.name, "duration": _LONGEST}
+    drive = NamedDrive.of("-", **beside, **{key: value})
+    typed: Value = drive.flat[key]
     return typed
 
 
@@ -216,36 +244,54 @@ _LONGEST: Final = drive_parameters()["duration"].most
 
 
 def _make_drive(table: _Table, point: dict[str, Value], scales: Scales) -> CampaignDrive:
-    given = {**table.entries, **point}
+    entries = {**table.entries, **point}
     try:
-        refuse_without_stroke(given)
-        drive = NamedDrive.of(table.name, **given)
+        refuse_without_stroke(entries)
+        drive = NamedDrive.of(table.name, **entries)
     except InvalidInput as error:
-        lasting = {"duration": None} if {PERIODS, TRAVEL} & given.keys() else {}
-        settings = {**_DEFAULTS.flat, **lasting, **given}
+        settings = dict(_DEFAULTS.flat)
+        # A drive lasts by its periods or travel if it has them: the default duration beside them would be a wrong label.
+        if {PERIODS, TRAVEL} & entries.keys():
+            settings["duration"] = None
+        settings |= entries
         return CampaignDrive(table.name, point, settings, None, refused=error)
-    if wrong := find_refusal(drive.dimensionless, scales):
+    # Ranges hold once more in the solver's units, which depend on the scales: 1e300 N/m over a small modulus overflows.
+    wrong = find_refusal(drive.dimensionless, scales)
+    if wrong:
         return CampaignDrive(table.name, point, drive.flat, None, refused=wrong)
-    return CampaignDrive(table.name, point, drive.flat, drive, frozenset(given))
+    return CampaignDrive(table.name, point, drive.flat, drive, frozenset(entries))
 
 
 _DEFAULTS: Final = NamedDrive(DEFAULT)
 
 
 def _refuse_table(checker: Checker, table: _Table, first: CampaignDrive) -> None:
-    if wrong := first.refused:
-        where = AXES if wrong.key in first.point else table.where
-        checker.refuse(wrong.key, wrong.value, wrong.need, table=where)
+    wrong = first.refused
+    if wrong is None:
+        return
+    where = table.where
+    if wrong.key in first.point:
+        where = AXES
+    checker.refuse(wrong.key, wrong.value, wrong.need, table=where)
 
 
 def _refuse_values(checker: Checker, axes: Mapping[str, tuple[Value, ...]], drives: Sequence[CampaignDrive]) -> None:
     for name, values in axes.items():
         good = {drive.point[name] for drive in drives if drive.drive}
+        reasons: dict[Value, InvalidInput] = {}
+        for drive in drives:
+            if drive.refused:
+                reasons.setdefault(drive.point[name], drive.refused)
         for index, value in enumerate(values):
-            if value not in good:
-                wrong = next(drive.refused for drive in drives if drive.refused and drive.point[name] == value)
-                remark = "" if wrong.key == name else str(wrong)
-                checker.refuse(f"{name}[{index}]", value, "" if remark else wrong.need, remark, AXES)
+            if value in good:
+                continue
+            wrong = reasons[value]
+            place = f"{name}[{index}]"
+            # The need of another key would read as if this value needed it: the whole sentence names that key.
+            if wrong.key == name:
+                checker.refuse(place, value, wrong.need, table=AXES)
+            else:
+                checker.refuse(place, value, remark=str(wrong), table=AXES)
 
 
 def load_manifest(path: Path) -> Manifest:
@@ -264,25 +310,30 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
 
 def manifest_hash(text: str, files: Mapping[str, str]) -> str:
     """Hash (SHA-256) of the text of a campaign file, followed by the texts of its files in `FILE_KEYS`."""
+    # In the order of FILE_KEYS, not of the campaign: a dataset keeps the texts by key, and is verified from those alone.
     texts = [files[key] for key in FILE_KEYS if key in files]
-    return hashlib.sha256("".join([text, *texts]).encode()).hexdigest()
+    whole = "".join([text, *texts])
+    return hashlib.sha256(whole.encode()).hexdigest()
 
 
 def files_in_campaign(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
     """The files that the content of a campaign names, by the keys that name them; of an axis several."""
-    named: dict[str, list[Any]] = {"table": [campaign.get("table")]}
+    # A dict of Python may hold any type anywhere: nothing is checked yet, and what is no name is refused later on.
+    candidates: dict[str, list[Any]] = {"table": [campaign.get("table")]}
     for word, stated in file_parameters().items():
         tables = (campaign.get(table) for table in (stated.table, "axes"))
-        given = [table[word] for table in tables if isinstance(table, Mapping) and word in table]
-        names = given[0] if given and isinstance(given[0], list) else given
-        named[word] = [_file_name(value) for value in names]
-    found = {}
-    for key, names in named.items():
-        found[key] = [str(name) for name in names if isinstance(name, str | PathLike)]
-    found["roughness"] = [name for name in found["roughness"] if name != SMOOTH]
+        values = [table[word] for table in tables if isinstance(table, Mapping) and word in table]
+        if values and isinstance(values[0], list):
+            values = values[0]
+        candidates[word] = [_file_name(value) for value in values]
+    files = {}
+    for key, names in candidates.items():
+        files[key] = [str(name) for name in names if isinstance(name, str | PathLike)]
+    files["roughness"] = [name for name in files["roughness"] if name != SMOOTH]
     outputs = campaign.get("outputs")
-    found[KEY] = source_files(outputs.get(KEY)) if isinstance(outputs, Mapping) else []
-    return {key: names for key, names in found.items() if names}
+    if isinstance(outputs, Mapping):
+        files[KEY] = source_files(outputs.get(KEY))
+    return {key: names for key, names in files.items() if names}
 
 
 def _file_name(value: Any) -> Any:
@@ -311,23 +362,26 @@ TOP_LEVEL: Final[dict[str, tuple[type, str]]] = {
 
 def goes_to_and_fro(top: Mapping[str, Any]) -> bool:
     """True if the stage of all drives of a campaign's content has a stroke."""
+    if "stage_stroke" in top.get(AXES, {}):
+        return True
+    # Without a table there is the default drive, which has no stroke.
     tables = top.get("drives") or [{}]
-    return "stage_stroke" in top.get(AXES, {}) or all(
-        isinstance(each, dict) and "stage_stroke" in each for each in tables
-    )
+    return all(isinstance(table, dict) and "stage_stroke" in table for table in tables)
 
 
 def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...], tractions: bool) -> Ensemble:
     """The ensemble of every case."""
-    own, content = top.get("ensemble", {}), top.get("target")
-    table = EnsembleTable(**files.valid("ensemble", own, EnsembleTable))
+    entries, content = top.get("ensemble", {}), top.get("target")
+    valid = files.valid("ensemble", entries, EnsembleTable)
+    table = EnsembleTable(**valid)
     if content is None:
         return Ensemble(table.members, places=table.places)
-    if "members" in own:
+    if "members" in entries:
         need = "to be left out beside [target], which decides their number; the most are target.most"
-        files.refuse("members", own["members"], need, table="ensemble")
+        files.refuse("members", entries["members"], need, table="ensemble")
     if "within" not in content:
         files.refuse("[target]", need="within = 0.01, or another relative error")
+    # `within` has no default, so each other entry is tried beside a valid one: a wrong `of` is refused for itself.
     good = files.valid("target", content, TargetTable, within=0.5)
     for name in good.get("of", ()):
         stage = KNOWABLE[name]
@@ -335,14 +389,16 @@ def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...],
             bringing = ", which a [[drives]] table brings" if stage == "dynamics" else ""
             need = f'stage "{stage}"{bringing}: without it there is no {name}'
             files.refuse("of", name, need, table="target")
+        # A record starts from the initial contact but keeps none of it; a campaign that slides computes it only to show it.
         elif name in OF_CONTACTS and "slip" in stages and not tractions:
             need = 'stages = ["contact"] or outputs.tractions = true: else no contact is kept beside the record'
             files.refuse("of", name, need, table="target")
     target = TargetTable(**{"within": 0.5, **good})
-    of = target.variables(stages[-1], to_and_fro=goes_to_and_fro(top))
-    if "dynamics" in map(KNOWABLE.get, of):  # drives share records: each would slide further ones by itself
-        of = tuple(dict.fromkeys(("plateau_mean", *of)))
-    return Ensemble(target.most, float(target.within), of, table.places)
+    variables = target.variables(stages[-1], to_and_fro=goes_to_and_fro(top))
+    # Drives share records: with a target of their own alone each drive would slide further records by itself.
+    if "dynamics" in map(KNOWABLE.get, variables):
+        variables = tuple(dict.fromkeys(("plateau_mean", *variables)))
+    return Ensemble(target.most, float(target.within), variables, table.places)
 
 
 SAMPLED: Final = ("sobol", "latin_hypercube")
@@ -361,8 +417,9 @@ PARTS: Final = "split an axis over several campaigns, and join their datasets by
 
 def _need_of_title(title: str) -> str:
     """Allowed titles; empty for a valid title."""
-    long = f"at most {LONGEST_MESSAGE} characters" if len(title) > LONGEST_MESSAGE else ""
-    return long or ("" if one_line(title) else ONE_LINE)
+    if len(title) > LONGEST_MESSAGE:
+        return f"at most {LONGEST_MESSAGE} characters"
+    return "" if one_line(title) else ONE_LINE
 
 
 class _Reader(NamedFiles):
@@ -371,29 +428,41 @@ class _Reader(NamedFiles):
     def manifest(self, text: str) -> Manifest:
         top = self._top(_document(self.path, text))
         table = self.table(top)
+        # Scales come first: a value with a unit, in any table or on any axis, becomes a multiple of one.
         scales = self._scales(top, table.columns if table else ())
         sizes = SceneSizes(scales, "slab_width" in top.get("scales", {}))
         _spread_path(top)
-        given = self.plain(table.columns, sizes) if table else self._axes(top, sizes)
+        columns = self.plain(table.columns, sizes) if table else self._axes(top, sizes)
+        # `seconds` is taken out of [limits] before its words are checked as parameters of a case.
         seconds = self._task_seconds(top)
-        tables = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
-        sizes = sizes._replace(load=_load_in_newton(tables["constants"], given, scales))
-        fixed = {name: self.plain(content, sizes) for name, content in tables.items()}
-        hashed = ({"table": table} if table else self.rows_of_axis(given, sizes)) | self.rows(fixed, sizes)
-        files = {key: each.text for key, each in hashed.items()}
-        self.one_place(given, fixed)
-        slabs = _slabs({**fixed["numerics"], **given})
+        words = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
+        # Loads of a path may be in N: they are over normal_load, which is thus read before the path.
+        load = _load_in_newton(words["constants"], columns, scales)
+        sizes = sizes._replace(load=load)
+        fixed = {name: self.plain(content, sizes) for name, content in words.items()}
+        # A table of cases excludes axes, hence there is no profile on an axis beside it.
+        texts: dict[str, CaseTable | FileRows] = {}
+        if table:
+            texts["table"] = table
+        else:
+            texts.update(self.rows_of_axis(columns, sizes))
+        texts.update(self.rows(fixed, sizes))
+        files = {key: content.text for key, content in texts.items()}
+        self.one_place(columns, fixed)
+        slabs = _slabs({**fixed["numerics"], **columns})
         stages = self._stages(top)
         outputs = self._outputs(top.get("outputs", {}), stages)
-        own: tuple[Observable, ...] = ()
+        own_numbers: tuple[Observable, ...] = ()
         if outputs.observables:
-            files[KEY], own = self.observables(outputs.observables)
-        driven = read_drives(self, top, scales)
-        pulled = driven if "dynamics" in stages else Drives()
-        for each in own:
-            if need := stage_need(each, stages):
-                self.refuse(KEY, each.reference, need, table="outputs")
-        names = tuple(dict.fromkeys(drive.name for drive in driven.drives))
+            files[KEY], own_numbers = self.observables(outputs.observables)
+        # Drives are checked even where the stages leave them out: their mistakes would show only once they are switched on.
+        written = read_drives(self, top, scales)
+        pulled = written if "dynamics" in stages else Drives()
+        for observable in own_numbers:
+            need = stage_need(observable, stages)
+            if need:
+                self.refuse(KEY, observable.reference, need, table="outputs")
+        names = tuple(dict.fromkeys(drive.name for drive in written.drives))
         result = Manifest(
             path=self.path,
             text=text,
@@ -401,8 +470,8 @@ class _Reader(NamedFiles):
             sha256=manifest_hash(text, files),
             title=top.get("title", ""),
             stages=stages,
-            design="table" if table else self._design(top, given),
-            axes=self.values(given, slabs),
+            design="table" if table else self._design(top, columns),
+            axes=self.values(columns, slabs),
             tables={name: _single(self.values(part, slabs)) for name, part in fixed.items()},
             task_seconds=seconds,
             scales=scales,
@@ -412,7 +481,7 @@ class _Reader(NamedFiles):
             outputs=outputs,
             ensemble=_ensemble(self, top, stages, outputs.tractions),
             about=About(**self.valid("about", top.get("about", {}), About)),
-            observables=own,
+            observables=own_numbers,
         )
         self._counts(result)
         if result.paths:
@@ -427,8 +496,10 @@ class _Reader(NamedFiles):
             self.refuse("stages", list(manifest.stages), 'stage "slip", in which the pin goes along [path]')
         if "target" in top:
             self.refuse("[target]", need="[ensemble] members: numbers of a [path] have no target")
-        ways = {name: values[0] for name, values in manifest.axes.items() if name in declared(LoadPath) and values}
-        wrong = find_refusal(make_case, {**manifest.fixed, **ways})
+        of_paths = declared(LoadPath)
+        first_path = {name: values[0] for name, values in manifest.axes.items() if name in of_paths and values}
+        # What excludes a path excludes every path: one of the campaign's is enough to find it in the fixed settings.
+        wrong = find_refusal(make_case, {**manifest.fixed, **first_path})
         if wrong and wrong.key == "path":
             for name, value in wrong.beside.items():
                 word = words_by_name()[name]
@@ -449,19 +520,25 @@ class _Reader(NamedFiles):
 
         columns: of its table of cases.
         """
-        stated = declared(Scales)
-        content = self.to_si("scales", top.get("scales", {}), {**stated, YOUNG: YOUNG_MODULUS})
+        known = {**declared(Scales), YOUNG: YOUNG_MODULUS}
+        content = self.to_si("scales", top.get("scales", {}), known)
         if YOUNG in content:
             modulus = content.pop(YOUNG)
             poisson = top.get("constants", {}).get("poisson", Slab().poisson)
-            if "shear_modulus" in content or "poisson" in {*top.get("axes", {}), *columns}:
+            # G = E/(2(1 + ν)) is one scale of all cases: with several ν each case would have another.
+            varied = {*top.get("axes", {}), *columns}
+            no_modulus = find_refusal(as_float, YOUNG, modulus)
+            no_ratio = find_refusal(as_float, "poisson", poisson)
+            if "shear_modulus" in content or "poisson" in varied:
                 need = "one Poisson's ratio, and no shear_modulus beside it"
                 self.refuse(YOUNG, modulus, need, table="scales")
-            elif wrong := find_refusal(as_float, YOUNG, modulus):
-                self.refuse(YOUNG, modulus, wrong.need, table="scales")
-            elif not find_refusal(as_float, "poisson", poisson) and parameters_of_a_case()["poisson"].holds(poisson):
-                content["shear_modulus"] = modulus / (2.0 * (1.0 + poisson))  # a wrong one is refused in its table
-        return Scales(**self.valid("scales", _with_depth(top, content), Scales))
+            elif no_modulus:
+                self.refuse(YOUNG, modulus, no_modulus.need, table="scales")
+            # A wrong ratio is refused in its own table: one problem is said once.
+            elif not no_ratio and parameters_of_a_case()["poisson"].holds(poisson):
+                content["shear_modulus"] = modulus / (2.0 * (1.0 + poisson))
+        valid = self.valid("scales", _with_depth(top, content), Scales)
+        return Scales(**valid)
 
     def _top(self, document: dict[str, Any]) -> dict[str, Any]:
         """Top-level entries of the file with a known key and the right type; the others are refused."""
@@ -484,42 +561,56 @@ class _Reader(NamedFiles):
         """The time that a task may take; the key is taken from its table, whose others are parameters of cases."""
         if SECONDS_KEY not in top.get("limits", {}):
             return None
+        # A copy, as callers of Python may give the same content again.
         top["limits"] = dict(top["limits"])
         seconds = top["limits"].pop(SECONDS_KEY)
-        if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not TASK_SECONDS.holds(seconds):
+        # `true` is a whole number to Python, but no time.
+        is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
+        if not is_number or not TASK_SECONDS.holds(seconds):
             self.refuse(SECONDS_KEY, seconds, TASK_SECONDS.need, table="limits")
             return None
         return float(seconds)
 
     def _stages(self, top: dict[str, Any]) -> tuple[Stage, ...]:
-        given = top.get("stages", list(STAGES if "drives" in top or AXES in top else STAGES[:2]))
-        if not given or given != list(STAGES[: len(given)]):
-            self.refuse("stages", given, f"{TOP_LEVEL['stages'][1]}: each stage needs the ones before it")
-            known = [number for number, stage in enumerate(STAGES, 1) if stage in given]
-            return tuple(STAGES[: max(known, default=3)])
-        if "dynamics" in given and not (top.get("drives") or top.get(AXES)):
+        # Who writes down a drive wants it pulled, without having to list the stages.
+        usual = STAGES if "drives" in top or AXES in top else STAGES[:2]
+        names = top.get("stages", list(usual))
+        if not names or names != list(STAGES[: len(names)]):
+            self.refuse("stages", names, f"{TOP_LEVEL['stages'][1]}: each stage needs the ones before it")
+            # Reading goes on with the last stage that is named, or all, so that no other key is refused for this mistake.
+            counts = [number for number, stage in enumerate(STAGES, 1) if stage in names]
+            return tuple(STAGES[: max(counts, default=3)])
+        if "dynamics" in names and not (top.get("drives") or top.get(AXES)):
             self.refuse("drives", None, f'at least one [[drives]] or [{AXES}], for stage "dynamics"')
-        return STAGES[: len(given)]
+        return STAGES[: len(names)]
 
     def _outputs(self, content: dict[str, Any], stages: tuple[Stage, ...]) -> Outputs:
         good = self.valid("outputs", content, Outputs)
-        outputs = Outputs(**{"tractions": "slip" not in stages, "phases": good.get("trajectory", True), **good})
-        if "slip" not in stages and outputs.statistics:
+        # Tractions are all that a campaign of contacts has to show; phases are parts of the motion that is kept.
+        usual = {"tractions": "slip" not in stages, "phases": good.get("trajectory", True)}
+        outputs = Outputs(**{**usual, **good})
+        if "slip" in stages:
+            return outputs
+        if outputs.statistics:
             self.refuse("statistics", True, 'stage "slip": without it there are no events', table="outputs")
-        if "slip" not in stages and any(outputs.tractions_at):
+        # Event 0 is initial contact, which there is without a record.
+        if any(outputs.tractions_at):
             self.refuse("tractions_at", outputs.tractions_at, 'stage "slip" for the events after 0', table="outputs")
         return outputs
 
     def _design(self, top: dict[str, Any], axes: GivenColumns) -> Design:
         design: Design = top.get("design", "product")
-        lengths = {word: len(given) for word, given in axes.items()}
+        lengths = {word: len(values) for word, values in axes.items()}
+        # Keys that this design would not read: left in silence, they would be taken to have had an effect.
+        idle = sorted({"points", "design_seed"} & top.keys())
         if design not in ("product", "zip", *SAMPLED):
             self.refuse("design", design, f'{TOP_LEVEL["design"][1]}, or a table = "cases.csv" instead')
-        elif design not in SAMPLED and (idle := {"points", "design_seed"} & top.keys()):
-            self.refuse(sorted(idle)[0], need=f"design = {' or '.join(map(quote_toml, SAMPLED))}")
+        elif design not in SAMPLED and idle:
+            sampled = " or ".join(map(quote_toml, SAMPLED))
+            self.refuse(idle[0], need=f"design = {sampled}")
         elif design == "zip" and len(set(lengths.values())) != 1:
-            counts = ", ".join(f"{count} of {word}" for word, count in lengths.items()) or "no axes"
-            self.refuse("design", design, f"axes of equal length, got {counts}")
+            counts = ", ".join(f"{count} of {word}" for word, count in lengths.items())
+            self.refuse("design", design, f"axes of equal length, got {counts or 'no axes'}")
         return design
 
     def _axes(self, top: dict[str, Any], sizes: SceneSizes) -> GivenColumns:
@@ -529,6 +620,7 @@ class _Reader(NamedFiles):
         listed: dict[str, list[Given]] = {}
         for word, values in self.lists("axes", top.get("axes", {}), axes()):
             positions = dict(enumerate(values))
+            # Position by position (zip) a value may come again; in a product it would make the same cases twice.
             if top.get("design", "product") == "product":
                 positions = self.first_places("axes", word, values)
             listed[word] = [Given(place, f"{word}[{index}]", value) for index, value in positions.items()]
@@ -538,19 +630,22 @@ class _Reader(NamedFiles):
 def sample_axes(checker: Checker, top: Mapping[str, Any], sizes: SceneSizes) -> GivenColumns:
     """Values of all cases: of ranges that they fill evenly, and of lists that they draw from."""
     usual = {item.name: item.default for item in fields(CampaignKeys)}
-    count, seed = (top.get(key, usual[key]) for key in ("points", "design_seed"))
+    count = top.get("points", usual["points"])
+    seed = top.get("design_seed", usual["design_seed"])
+    # Checked before points are drawn: 10^9 of them, or a seed below 0, would end in an error of scipy or of memory.
     for key, value in {"points": count, "design_seed": seed}.items():
         if isinstance(value, bool) or not declared(CampaignKeys)[key].holds(value):
             checker.refuse(key, value, TOP_LEVEL[key][1])
             return {}
     stated = top.get("axes", {})
-    if not any(isinstance(given, dict) for given in stated.values()):
+    if not any(isinstance(axis, dict) for axis in stated.values()):
         checker.refuse("design", top["design"], "a range among its axes")
-    every = {word: _range(checker, word, given, sizes) for word, given in stated.items()}
+    every = {word: _range(checker, word, axis, sizes) for word, axis in stated.items()}
     ranges = {word: value_at for word, value_at in every.items() if value_at}
     draws = sample_design(top["design"], len(ranges), count, seed) if ranges else ()
     place = checker.place("axes")
     columns: GivenColumns = {}
+    # Not strict: without a range there is no draw, and zip(*()) has no column at all.
     for (word, value_at), shares in zip(ranges.items(), zip(*draws, strict=True), strict=False):
         # Between two allowed ends all is allowed, but what a scheme limits is tried with each case's own.
         allowed = isinstance(stated[word], dict) and not is_limited(names_by_word()[word])
@@ -560,32 +655,37 @@ def sample_axes(checker: Checker, top: Mapping[str, Any], sizes: SceneSizes) -> 
 
 def _range(checker: Checker, word: str, given: Any, sizes: SceneSizes) -> Callable[[float], Any] | None:
     """Function from a number in [0, 1) to a value of an axis; None if refused."""
-    place, listed = checker.place("axes"), isinstance(given, list) and given
+    place, is_list = checker.place("axes"), isinstance(given, list) and given
     if word not in axes():
         checker.refuse(key_shown(word), given, remark=unknown(word, axes()), table="axes")
         return None
-    if not listed and not (isinstance(given, dict) and {"from", "to"} <= given.keys() <= {"from", "to", "scale"}):
+    is_range = isinstance(given, dict) and {"from", "to"} <= given.keys() <= {"from", "to", "scale"}
+    if not is_list and not is_range:
         need = 'a range, {from = 20, to = 400, scale = "log"}, or a list of values'
         checker.refuse(word, given, need, table="axes")
         return None
-    ends = given if listed else [given["from"], given["to"]]
-    columns = checker.plain({word: [Given(place, word, each) for each in ends]}, sizes)
-    values: list[Any] = [each.value for each in columns[word]]
-    if len(values) < len(ends):
+    ends = given if is_list else [given["from"], given["to"]]
+    entries = [Given(place, word, end) for end in ends]
+    plain_entries = checker.plain({word: entries}, sizes)[word]
+    # An end that has no number has been refused by itself: nothing is left to say about the range.
+    if len(plain_entries) < len(ends):
         return None
-    wrong = ""
-    if not listed:
-        wrong = _range_need(names_by_word()[word], values[0], values[1], given.get("scale", "linear"))
-    if wrong:
-        checker.refuse(word, given, wrong, table="axes")
-        return None
-    if listed:
+    values: list[Any] = [entry.value for entry in plain_entries]
+    if is_list:
+        # share < 1, so that the last value has as large a part of the draws as each other.
         return lambda share: values[int(share * len(values))]
-    return _interpolation(values[0], values[1], given.get("scale", "linear"))
+    low, high = values
+    scale = given.get("scale", "linear")
+    need = _range_need(names_by_word()[word], low, high, scale)
+    if need:
+        checker.refuse(word, given, need, table="axes")
+        return None
+    return _interpolation(low, high, scale)
 
 
 def _interpolation(low: float, high: float, scale: str) -> Callable[[float], float]:
     """Function from a number in [0, 1) to a number of a range."""
+    # log x = log low + share·(log high - log low): equal shares are equal factors.
     if scale == "log":
         return lambda share: low * (high / low) ** share
     return lambda share: low + share * (high - low)
@@ -595,11 +695,15 @@ def _range_need(name: str, low: Any, high: Any, scale: Any) -> str:
     """Allowed values of a parameter's range if it is wrong; empty if it is right."""
     if isinstance(Case.of({}).flat[name], bool | int | str):
         return "a list of values, as it takes no range"
-    others = dict.fromkeys(LIMITED_BY_SCHEME, "strip") | dict.fromkeys(BY_ROWS, "layer")
-    other = {"scheme": others[name]} if name in others else {}  # each case is tried with its own scheme later
-    if wrong := find_refusal(make_case, {name: low, **other}) or find_refusal(make_case, {name: high, **other}):
-        return wrong.need
-    if -math.inf < low < high < math.inf and (scale == "linear" or (scale == "log" and low > 0.0)):
+    # Here only what no scheme allows is refused, so the most permissive one is taken: each case is tried with its own later.
+    permissive = dict.fromkeys(LIMITED_BY_SCHEME, "strip") | dict.fromkeys(BY_ROWS, "layer")
+    scheme = {"scheme": permissive[name]} if name in permissive else {}
+    for end in (low, high):
+        wrong = find_refusal(make_case, {name: end, **scheme})
+        if wrong:
+            return wrong.need
+    is_scale = scale == "linear" or (scale == "log" and low > 0.0)
+    if is_scale and -math.inf < low < high < math.inf:
         return ""
     return 'numbers from < to, above 0 with scale = "log"; a scale is "linear" or "log"'
 
@@ -607,12 +711,16 @@ def _range_need(name: str, low: Any, high: Any, scale: Any) -> str:
 def sample_design(design: str, axes: int, count: int, seed: int) -> Floats:
     """Points of the unit cube (count, axes) that fill it evenly. The first points of `sobol` stay the same if more
     are requested."""
-    from scipy.stats import qmc  # noqa: PLC0415  only such designs need it
+    # Only such designs need it.
+    from scipy.stats import qmc  # noqa: PLC0415
 
     if design == "sobol":
-        whole: Floats = qmc.Sobol(axes, seed=seed).random_base2(math.ceil(math.log2(count)))
+        # A sequence of Sobol' is balanced at powers of two only: draw the next one, and keep its first points.
+        power = math.ceil(math.log2(count))
+        whole: Floats = qmc.Sobol(axes, seed=seed).random_base2(power)
         return whole[:count]
-    return np.asarray(qmc.LatinHypercube(axes, seed=seed).random(count))
+    hypercube = qmc.LatinHypercube(axes, seed=seed)
+    return np.asarray(hypercube.random(count))
 
 
 def _slabs(numerics: GivenColumns) -> list[dict[str, Value]]:
@@ -620,27 +728,32 @@ def _slabs(numerics: GivenColumns) -> list[dict[str, Value]]:
 
     A scheme setting or an n_x that fits no slab of this list fits no case.
     """
-    counts = [given.value for given in numerics.get("n_x", [])]
-    names = [given.value for given in numerics.get("scheme", [])]
+    counts = [entry.value for entry in numerics.get("n_x", [])]
+    names = [entry.value for entry in numerics.get("scheme", [])]
+    # A scheme that does not exist is refused for itself; the settings beside it are tried on the others, or the default.
     schemes = [{"scheme": name} for name in names if not find_refusal(make_case, {"scheme": name})]
     return [_finest(scheme, counts) for scheme in schemes or [{}]]
 
 
 def _finest(scheme: dict[str, Value], sizes: list[Any]) -> dict[str, Value]:
     good = [n_x for n_x in sizes if not find_refusal(make_case, {**scheme, "n_x": n_x})]
-    return {**scheme, "n_x": max(good)} if good else scheme
+    if not good:
+        return scheme
+    return {**scheme, "n_x": max(good)}
 
 
 def _spread_path(top: dict[str, Any]) -> None:
     """Replace an amplitude with a unit by the `stroke` twice as long, and lists in [path] by axes."""
     path = dict(top.get("path", {}))
-    given = path.get("amplitude", 0.0)
-    several = given if isinstance(given, list) else [given]
-    if several and all(map(has_unit, several)) and "stroke" not in path:
+    amplitude = path.get("amplitude", 0.0)
+    amplitudes = amplitude if isinstance(amplitude, list) else [amplitude]
+    # A stroke is a length, an amplitude a number of presliding lengths: with a unit it can only be half a stroke.
+    if amplitudes and all(map(has_unit, amplitudes)) and "stroke" not in path:
         del path["amplitude"]
-        strokes = [twice(each) for each in several]
-        path["stroke"] = strokes if isinstance(given, list) else strokes[0]
+        strokes = [twice(each) for each in amplitudes]
+        path["stroke"] = strokes if isinstance(amplitude, list) else strokes[0]
     listed = {word: value for word, value in path.items() if isinstance(value, list) and word in axes()}
+    # A word that [axes] has, too, stays in both, where `one_place` refuses it.
     if listed and not listed.keys() & top.get("axes", {}).keys():
         path = {word: value for word, value in path.items() if word not in listed}
         top["axes"] = {**top.get("axes", {}), **listed}
@@ -652,11 +765,15 @@ def _load_in_newton(constants: GivenColumns, axes: GivenColumns, scales: Scales)
     """normal_load of all cases in N; NaN if there are several, or none that is right."""
     if "normal_load" in axes:
         return math.nan
-    given = constants["normal_load"][0].value if "normal_load" in constants else Case.of({}).normal_load
+    load: Any = Case.of({}).normal_load
+    if "normal_load" in constants:
+        load = constants["normal_load"][0].value
+    stated = parameters_of_a_case()["normal_load"]
     try:
-        given = plain("normal_load", given, parameters_of_a_case()["normal_load"], scales)
-        return make_case({"normal_load": given}).normal_load * scales.force
+        number = plain("normal_load", load, stated, scales)
+        return make_case({"normal_load": number}).normal_load * scales.force
     except InvalidInput:
+        # Refused where [constants] is checked.
         return math.nan
 
 
@@ -669,8 +786,11 @@ def _with_depth(top: Mapping[str, Any], scales: dict[str, Any]) -> dict[str, Any
     axis = top.get("axes", {}).get("scheme")
     scheme = top.get("numerics", {}).get("scheme", axis)
     schemes = scheme if isinstance(scheme, list) else [scheme]
-    planar = all(isinstance(each, str) and each in SCHEMES and SCHEMES[each].planar for each in schemes)
-    return {"slab_depth": scales.get("slab_width", Scales().slab_width), **scales} if planar else scales
+    # Nothing is checked yet: a scheme may be any value of TOML, and one that cannot be hashed is in no mapping.
+    if not all(isinstance(name, str) and name in SCHEMES and SCHEMES[name].planar for name in schemes):
+        return scales
+    width = scales.get("slab_width", Scales().slab_width)
+    return {"slab_depth": width, **scales}
 
 
 # The effects that a manifest switches on and off: what is left out where one is off, and combinations that are refused.
@@ -680,7 +800,7 @@ def refuse_with_stages(manifest: Manifest, case: Case) -> None:
     """Raise InvalidInput if the stages or outputs of its manifest exclude a case."""
     need = 'stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
     require("friction", False, case.effects.friction or "slip" not in manifest.stages, need)
-    if any(each.drive and each.drive.in_si.memory for each in manifest.drives):
+    if any(pull.drive and pull.drive.in_si.memory for pull in manifest.drives):
         refuse_with_memory(case)
     need = "amplitude, stroke, slid, load or legs, or no [path] at all"
     require("path", ABSENT, bool(case.path) or not manifest.paths, need)
@@ -699,15 +819,17 @@ def refuse_with_stages(manifest: Manifest, case: Case) -> None:
 def read_effect_switches(manifest: Manifest) -> dict[str, str]:
     """Every effect that a manifest can switch -> its setting here: `on`, `off`, or values that differ from case to case or drive
     to drive."""
-    found = {name: _word(name in manifest.stages) for name in ("slip", "dynamics")}
-    found |= {name: _joint(map(_word, manifest.case_values(name))) for name in declared(Effects)}
+    switches = {name: _word(name in manifest.stages) for name in ("slip", "dynamics")}
+    switches |= {name: _joint(map(_word, manifest.case_values(name))) for name in declared(Effects)}
     schemes = [SCHEMES[str(scheme)] for scheme in manifest.case_values("scheme")]
-    found["finite slab (scheme)"] = _joint(_word(not scheme.bottomless) for scheme in schemes)
-    found["spread of μ_i"] = _spread(manifest.case_values("spread"))
-    found["load path"] = _word(manifest.paths)
-    found["roughness of the pin"] = _word(any(manifest.case_values("roughness")))
-    drives = [each.drive.in_si for each in manifest.drives if each.drive]
-    return found | {name: _joint(map(setting, drives)) for name, setting in _OF_DRIVES.items() if manifest.drives}
+    switches["finite slab (scheme)"] = _joint(_word(not scheme.bottomless) for scheme in schemes)
+    switches["spread of μ_i"] = _spread(manifest.case_values("spread"))
+    switches["load path"] = _word(manifest.paths)
+    switches["roughness of the pin"] = _word(any(manifest.case_values("roughness")))
+    if not manifest.drives:
+        return switches
+    drives = [pull.drive.in_si for pull in manifest.drives if pull.drive]
+    return switches | {name: _joint(map(setting, drives)) for name, setting in _OF_DRIVES.items()}
 
 
 _OF_DRIVES: Final[Mapping[str, Callable[[Drive], str]]] = {
@@ -722,6 +844,7 @@ _OF_DRIVES: Final[Mapping[str, Callable[[Drive], str]]] = {
 def _spread(values: Sequence[Value]) -> str:
     different = {float(value) for value in values if value}
     shown = [f"{value:g}" for value in sorted(different)]
+    # A design that fills a range has another spread for each case.
     if len(shown) > _MOST:
         shown = [f"{shown[0]} to {shown[-1]}"]
     off = [] if all(values) else ["off"]

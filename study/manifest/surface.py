@@ -47,13 +47,17 @@ class NamedSurface:
     def __post_init__(self) -> None:
         validate(self)
         for name in ("file", "x", "z", "y", "pixel"):
-            require(name, getattr(self, name), isinstance(getattr(self, name), str), "a text")
+            text = getattr(self, name)
+            require(name, text, isinstance(text, str), "a text")
         if self.pixel:
-            apart = plain("pixel", self.pixel, PIXEL)
-            require("pixel", self.pixel, not isinstance(apart, str) and 0.0 < apart < math.inf, 'a length, as "20 nm"')
+            spacing = plain("pixel", self.pixel, PIXEL)
+            # What has no unit stays a text.
+            is_length = not isinstance(spacing, str) and 0.0 < spacing < math.inf
+            require("pixel", self.pixel, is_length, 'a length, as "20 nm"')
         for name in ("x", "z", "y"):
             unit = getattr(self, name)
-            require(name, unit, not unit or math.isfinite(factor(unit, "m")), "a unit of length, as nm")
+            is_length = not unit or math.isfinite(factor(unit, "m"))
+            require(name, unit, is_length, "a unit of length, as nm")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,9 +93,12 @@ class Surface:
     def correlation_length(self) -> float:
         """Distance in m along x at which the autocorrelation of the heights first falls below 1/e; NaN where it never does."""
         even, lines = self._even()
+        # Wiener and Khinchin: the autocorrelation is the inverse transform of the power. Padding to twice the length
+        # keeps the end of the profile from being correlated with its beginning.
         amplitudes = np.abs(np.fft.rfft(lines, 2 * len(even)))
         power = (amplitudes**2).mean(axis=0)
-        pairs = np.arange(len(even), 0, -1)  # points that far apart
+        # Fewer pairs of points are far apart: a sum over them becomes a mean.
+        pairs = np.arange(len(even), 0, -1)
         correlated = np.fft.irfft(power)[: len(even)] / pairs
         low = np.flatnonzero(correlated < correlated[0] / math.e)
         return float(even[low[0]] - even[0]) if len(low) else math.nan
@@ -100,11 +107,13 @@ class Surface:
     def spectrum(self) -> tuple[Any, Any]:
         """Wavenumbers 2π/λ in 1/m and the power of the heights, in m³; of the profile or lines in a Hann window."""
         even, lines = self._even()
-        window, apart = np.hanning(len(even)), float(even[1] - even[0])
+        # A profile does not end as it begins: without the window that step would be a tail of the spectrum.
+        window, spacing = np.hanning(len(even)), float(even[1] - even[0])
         amplitudes = np.abs(np.fft.rfft(lines * window))
         norm = 2.0 * np.pi * (window**2).sum()
-        power = (amplitudes**2).mean(axis=0) * apart / norm
-        wavenumbers = 2.0 * np.pi * np.fft.rfftfreq(len(even), apart)[1:]
+        power = (amplitudes**2).mean(axis=0) * spacing / norm
+        wavenumbers = 2.0 * np.pi * np.fft.rfftfreq(len(even), spacing)[1:]
+        # Twice, for the waves of negative wavenumber, which have the same power.
         return wavenumbers, 2.0 * power[1:]
 
     def image(self, slab_width: float) -> Image:
@@ -128,37 +137,41 @@ _STATED: Final = re.compile(r"^#[ \t]*(Width|Height|Value units):[ \t]*+(.*\S)",
 def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     """A profile from its file's text, one from right to left is turned; or an image. Raises InvalidInput with line and value."""
     stated = dict(_STATED.findall(text))
-    matrix = bool(given.pixel) or {"Width", "Height"} <= stated.keys()
-    source = columns.read_columns(path, text, titled=not matrix)
-    if matrix or given.y or {"x", "y", "z"} <= {each.name.casefold() for each in source.columns} or _is_xyz(source):
-        return _read_image(source, given, stated if matrix else None)
+    is_matrix = bool(given.pixel) or {"Width", "Height"} <= stated.keys()
+    source = columns.read_columns(path, text, titled=not is_matrix)
+    names = {column.name.casefold() for column in source.columns}
+    if is_matrix or given.y or {"x", "y", "z"} <= names or _is_xyz(source):
+        return _read_image(source, given, stated if is_matrix else None)
     chosen = [_column(source, _LATERAL, 0), _column(source, _HEIGHT, 1)]
     lateral, vertical = (source.columns[number] for number in chosen)
     across = _column_scale("x", given.x, lateral)
     up = _column_scale("z", given.z, vertical)
     rows = source.rows(chosen)
+    # Beyond that the squares of a fit overflow: a wrong unit is named by its line, before any arithmetic.
     metres = np.abs(rows.values) * [[across], [up]]
     far = np.flatnonzero((metres > FARTHEST_POINT).any(axis=0))
     if far.size:
         (x, height), line = rows.values[:, far[0]], rows.lines[far[0]]
-        raise InvalidInput(
-            f"line {line}: x = {x:g}, height = {height:g}: needs both within {FARTHEST_POINT / 1e3:g} km"
-        )
-    found = columns.one_way(rows, "x", "goes one way, by 1e-12 m at least")
-    near = np.flatnonzero(np.diff(found.at) * across < LEAST_APART)
+        need = f"needs both within {FARTHEST_POINT / 1e3:g} km"
+        raise InvalidInput(f"line {line}: x = {x:g}, height = {height:g}: {need}")
+    profile = columns.one_way(rows, "x", "goes one way, by 1e-12 m at least")
+    near = np.flatnonzero(np.diff(profile.at) * across < LEAST_APART)
     if near.size:
         first = int(near[0])
-        before, now = np.abs(found.at[first : first + 2]).tolist()
-        line = found.lines[first + 1]
+        before, now = np.abs(profile.at[first : first + 2]).tolist()
+        line = profile.lines[first + 1]
         raise InvalidInput(f"line {line}: x = {now:g} after {before:g}: needs x that goes one way, by 1e-12 m at least")
-    turn = slice(None, None, -1 if found.reversed else 1)  # the heights are those from left to right
-    along = -found.at if found.reversed else found.at
-    x, height = along[turn] * across, found.others[0][turn] * up
-    x = _centre(x)
+    # A scan from right to left has increasing -x: turned round, its heights are those from left to right.
+    turn = slice(None, None, -1 if profile.reversed else 1)
+    along = -profile.at if profile.reversed else profile.at
+    x = _centre(along[turn] * across)
+    height = profile.others[0][turn] * up
+    # "none" is -1, "mean" 0, "line" 1, "parabola" 2.
     degree = get_args(Detrend).index(given.detrend) - 1
     if degree >= 0:
-        height = height - np.polynomial.Polynomial.fit(x, height, degree)(x)
-    return Surface(x, height, source, found, rows.holes)
+        trend = np.polynomial.Polynomial.fit(x, height, degree)
+        height = height - trend(x)
+    return Surface(x, height, source, profile, rows.holes)
 
 
 def _centre(places: Floats) -> Floats:
@@ -169,37 +182,44 @@ def _centre(places: Floats) -> Floats:
 
 def _is_xyz(source: columns.FileColumns) -> bool:
     """True of three columns without names, of which two have the places of a grid: an `.xyz` file."""
-    if len(source.columns) != 3 or any(each.name for each in source.columns):
+    if len(source.columns) != 3 or any(column.name for column in source.columns):
         return False
-    x, y = (each.values[np.isfinite(each.values)] for each in source.columns[:2])
+    x, y = (column.values[np.isfinite(column.values)] for column in source.columns[:2])
     along, across = len(np.unique(x)), len(np.unique(y))
+    # At least half of a grid's places: points of a profile and two of its heights would all differ.
     return min(along, across) > 1 and 2 * len(x) > along * across
 
 
 def _read_image(source: columns.FileColumns, given: NamedSurface, stated: Mapping[str, str] | None) -> Surface:
     """An image from a matrix of heights with the header above it, or from columns x, y, z in any order."""
-    found = _from_columns(source, given) if stated is None else _matrix(source, given, stated)
-    height, filled = _fill_holes(found.height, given.missing)
-    found = found._replace(height=height)
-    x, y = _centre(found.xi), _centre(found.y)
+    image = _from_columns(source, given) if stated is None else _matrix(source, given, stated)
+    height, filled = _fill_holes(image.height, given.missing)
+    x, y = _centre(image.xi), _centre(image.y)
     degree = get_args(Detrend).index(given.detrend) - 1
+    if degree < 0:
+        return Surface(x, height, source, y=y, filled=filled)
+    # All products x^i y^j with i + j up to the degree: 1; x, y; x², xy, y². Over the half-widths they are of the same size,
+    # else the columns of lengths in m would differ by a factor of a million.
     powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
     along, across = x / x[-1], y / y[-1]
-    terms = [np.outer(across**j, along**i).ravel() for i, j in powers or [(0, 0)]]
+    terms = [np.outer(across**j, along**i).ravel() for i, j in powers]
     basis = np.stack(terms, axis=1)
-    trend = basis @ np.linalg.lstsq(basis, found.height.ravel())[0] if powers else 0.0
-    level = (found.height.ravel() - trend).reshape(found.height.shape)
+    coefficients = np.linalg.lstsq(basis, height.ravel())[0]
+    level = (height.ravel() - basis @ coefficients).reshape(height.shape)
     return Surface(x, level, source, y=y, filled=filled)
 
 
 def _matrix(source: columns.FileColumns, given: NamedSurface, stated: Mapping[str, str]) -> Image:
     require("x", given.x, not (given.x or given.y), "no unit of x or y of a matrix")
-    values = np.array([each.values for each in source.columns]).T
+    values = np.array([column.values for column in source.columns]).T
     heights = columns.FileColumn("heights", stated.get("Value units", ""), values)
-    height = values * _column_scale("z", given.z, heights, "m" if given.pixel else "")
+    # A header that states sizes states a unit of heights, too; without a header they are in m.
+    usual = "m" if given.pixel else ""
+    height = values * _column_scale("z", given.z, heights, usual)
     counts = height.shape[::-1]
     spacings = zip(_apart(given.pixel, stated, counts), counts, strict=True)
     x, y = (apart * np.arange(float(count)) for apart, count in spacings)
+    # A line that is left out would shift all lines below it by one pixel.
     if source.left_out.number or source.below:
         where = f"line {source.left_out.line}" if source.left_out.number else f"below line {source.lines[-1]}"
         raise InvalidInput(f"{where}: needs {height.shape[1]} heights, as other lines have")
@@ -217,12 +237,13 @@ def _apart(pixel: str, stated: Mapping[str, str], counts: tuple[int, ...]) -> It
             yield given
             continue
         size = _length(name, stated[name].replace(",", "."))
-        own = size / count
+        by_heights = size / count
         # Instruments divide the size by the number of heights, or by that of the intervals between them.
-        least, most = own * (1.0 - PIXEL_ROUNDING), size / max(count - 1, 1) * (1.0 + PIXEL_ROUNDING)
-        need = f"{compact(own, 'm')}, as the file states ({name}: {stated[name]}), or no pixel"
+        by_intervals = size / max(count - 1, 1)
+        least, most = by_heights * (1.0 - PIXEL_ROUNDING), by_intervals * (1.0 + PIXEL_ROUNDING)
+        need = f"{compact(by_heights, 'm')}, as the file states ({name}: {stated[name]}), or no pixel"
         require("pixel", pixel, not pixel or least <= given <= most, need)
-        yield given if pixel else own
+        yield given if pixel else by_heights
 
 
 PIXEL_ROUNDING: Final = 5e-3
@@ -232,41 +253,44 @@ PIXEL_ROUNDING: Final = 5e-3
 def _length(key: str, text: str) -> float:
     """A length in m that is above 0. Raises InvalidInput of any other text."""
     size = plain(key, text, PIXEL)
-    require(key, text, not isinstance(size, str) and 0.0 < size < math.inf, 'a length, as "5 µm"')
+    is_length = not isinstance(size, str) and 0.0 < size < math.inf
+    require(key, text, is_length, 'a length, as "5 µm"')
     return float(size)
 
 
 def _from_columns(source: columns.FileColumns, given: NamedSurface) -> Image:
-    lengths = [number for number, each in enumerate(source.columns) if _may_be_length(each)]
-    named = {source.columns[number].name.casefold(): number for number in lengths}
+    lengths = [number for number, column in enumerate(source.columns) if _may_be_length(column)]
+    by_name = {source.columns[number].name.casefold(): number for number in lengths}
     chosen = lengths
-    if {"x", "y", "z"} <= named.keys():
-        chosen = [named[name] for name in "xyz"]
+    if {"x", "y", "z"} <= by_name.keys():
+        chosen = [by_name[name] for name in "xyz"]
     if len(chosen) != 3:
         raise InvalidInput(f"columns {source}: needs three columns, or the names x, y and z above them")
-    axes = [source.columns[number] for number in chosen]
-    scales = [_column_scale(name, getattr(given, name), column) for name, column in zip("xyz", axes, strict=True)]
-    x, y, height = (column.values for column in axes)
-    placed = np.isfinite(x) & np.isfinite(y)
-    return _grid_heights(x[placed] * scales[0], y[placed] * scales[1], height[placed] * scales[2])
+    metres = []
+    for name, number in zip("xyz", chosen, strict=True):
+        column = source.columns[number]
+        metres.append(column.values * _column_scale(name, getattr(given, name), column))
+    x, y, height = metres
+    # A point without a place is on no grid; a place without a height is a hole, which may be filled.
+    has_place = np.isfinite(x) & np.isfinite(y)
+    return _grid_heights(x[has_place], y[has_place], height[has_place])
 
 
 def _grid_heights(x: Floats, y: Floats, height: Floats) -> Image:
     """Heights of points in any order on the grid of their places, NaN where one has none. Raises InvalidInput of no grid."""
     along, column = np.unique(x, return_inverse=True)
     across, row = np.unique(y, return_inverse=True)
-    count = len(along) * len(across)
-    if (
-        min(len(along), len(across)) < 2
-        or 2 * len(x) < count
-        or len({*zip(column.tolist(), row.tolist(), strict=True)}) < len(x)
-    ):
-        raise InvalidInput(
-            f"{len(x)} points at {len(along)} x and {len(across)} y: needs an image, one height at each x and y of a grid"
-        )
-    found = np.full((len(across), len(along)), np.nan)
-    found[row, column] = height
-    return Image(along, across, found)
+    places = {*zip(column.tolist(), row.tolist(), strict=True)}
+    is_line = min(len(along), len(across)) < 2
+    # Points scattered at random have all different x and y: their grid would have n² places for n heights.
+    is_sparse = 2 * len(x) < len(along) * len(across)
+    is_repeated = len(places) < len(x)
+    if is_line or is_sparse or is_repeated:
+        points = f"{len(x)} points at {len(along)} x and {len(across)} y"
+        raise InvalidInput(f"{points}: needs an image, one height at each x and y of a grid")
+    grid = np.full((len(across), len(along)), np.nan)
+    grid[row, column] = height
+    return Image(along, across, grid)
 
 
 def _fill_holes(height: Floats, missing: Missing) -> tuple[Floats, int]:
@@ -276,17 +300,19 @@ def _fill_holes(height: Floats, missing: Missing) -> tuple[Floats, int]:
     from all other heights.
     """
     holes = ~np.isfinite(height) | _is_sentinel(height)
-    count, first = int(holes.sum()), np.argwhere(holes)
+    count = int(holes.sum())
     if not count:
         return height, 0
-    if missing == "refuse" or 2 * count > height.size:
-        where = f"the first in row {first[0][0] + 1}, column {first[0][1] + 1}"
+    # With fewer heights than holes the surface would be made up, whatever the campaign allows.
+    is_mostly_holes = 2 * count > height.size
+    if missing == "refuse" or is_mostly_holes:
+        row, column = np.argwhere(holes)[0]
+        where = f"the first in row {row + 1}, column {column + 1}"
         need = 'needs all heights, or missing = "fill" to take them from their neighbours'
-        if 2 * count > height.size:
+        if is_mostly_holes:
             need = "needs half of the heights at least"
-        raise InvalidInput(
-            f"image of {height.shape[1]} by {height.shape[0]}: {count} heights are missing, {where}: {need}"
-        )
+        image = f"image of {height.shape[1]} by {height.shape[0]}"
+        raise InvalidInput(f"{image}: {count} heights are missing, {where}: {need}")
     return _fill_smoothly(height, holes), count
 
 
@@ -298,37 +324,39 @@ ten times as high as all that is on them."""
 def _is_sentinel(height: Floats) -> NDArray[np.bool_]:
     """Heights equal to the largest or the least number, if that occurs several times, far outside the range of all
     other heights."""
-    found = np.zeros(height.shape, bool)
-    known = height[np.isfinite(height)]
-    for extreme in (known.min(), known.max()):
-        others = known[known != extreme]
-        if len(others) < len(known) / 2 or not len(others):
+    sentinel = np.zeros(height.shape, bool)
+    finite = height[np.isfinite(height)]
+    for extreme in (finite.min(), finite.max()):
+        others = finite[finite != extreme]
+        # A surface that has one height at most of its points is flat there, not missing.
+        if len(others) < len(finite) / 2 or not len(others):
             continue
         gap = np.abs(others - extreme).min()
         if gap > SENTINEL_GAP * np.ptp(others):
-            found |= height == extreme
-    return found
+            sentinel |= height == extreme
+    return sentinel
 
 
 def _fill_smoothly(height: Floats, holes: NDArray[np.bool_]) -> Floats:
     """Heights whose Laplacian vanishes in holes: each is the mean of its neighbours in the image."""
-    places = np.full(height.shape, -1)
-    places[holes] = np.arange(int(holes.sum()))
-    rows, columns_, values, right = [], [], [], np.zeros(int(holes.sum()))
+    # One equation for each hole: (number of neighbours)·z - (sum of unknown neighbours) = (sum of known neighbours).
+    count = int(holes.sum())
+    numbers = np.full(height.shape, -1)
+    numbers[holes] = np.arange(count)
+    rows, columns_, values, right = [], [], [], np.zeros(count)
     for line, column in np.argwhere(holes).tolist():
-        own = int(places[line, column])
-        inside = _neighbours(line, column, height.shape)
-        rows.append(own)
-        columns_.append(own)
-        values.append(float(len(inside)))
-        for each in inside:
-            if places[each] < 0:
-                right[own] += height[each]
+        equation = int(numbers[line, column])
+        neighbours = _neighbours(line, column, height.shape)
+        rows.append(equation)
+        columns_.append(equation)
+        values.append(float(len(neighbours)))
+        for place in neighbours:
+            if numbers[place] < 0:
+                right[equation] += height[place]
             else:
-                rows.append(own)
-                columns_.append(int(places[each]))
+                rows.append(equation)
+                columns_.append(int(numbers[place]))
                 values.append(-1.0)
-    count = len(right)
     matrix = scipy.sparse.csc_array((values, (rows, columns_)), shape=(count, count))
     whole = height.copy()
     whole[holes] = scipy.sparse.linalg.spsolve(matrix, right)
@@ -336,10 +364,10 @@ def _fill_smoothly(height: Floats, holes: NDArray[np.bool_]) -> Floats:
 
 
 def _neighbours(line: int, column: int, shape: tuple[int, ...]) -> list[tuple[int, int]]:
-    """The places beside one that are in an image: above, below, left and right."""
+    """The neighbours of a pixel that are in an image: above, below, left and right."""
     lines, columns_ = shape
-    beside = ((line - 1, column), (line + 1, column), (line, column - 1), (line, column + 1))
-    return [(row, place) for row, place in beside if 0 <= row < lines and 0 <= place < columns_]
+    places = ((line - 1, column), (line + 1, column), (line, column - 1), (line, column + 1))
+    return [(row, place) for row, place in places if 0 <= row < lines and 0 <= place < columns_]
 
 
 def _column_scale(key: str, given: str, column: columns.FileColumn, usual: str = "m") -> float:
@@ -355,18 +383,19 @@ def _may_be_length(column: columns.FileColumn) -> bool:
 
 def _column(source: columns.FileColumns, names: re.Pattern[str], place: int) -> int:
     """The column of a length that has such a name, or this place of two. Raises InvalidInput with the columns that there are."""
-    lengths = [number for number, each in enumerate(source.columns) if _may_be_length(each)]
-    named = [number for number in lengths if names.search(source.columns[number].name)]
-    if len(named) == 1:
-        return named[0]
+    # From the surest sign to the weakest: a name, the only two lengths, the only two that say so by their unit.
+    lengths = [number for number, column in enumerate(source.columns) if _may_be_length(column)]
+    by_name = [number for number in lengths if names.search(source.columns[number].name)]
+    if len(by_name) == 1:
+        return by_name[0]
     if len(lengths) == 2:
         return lengths[place]
     with_unit = [number for number in lengths if source.columns[number].dimension == "m"]
     if len(with_unit) == 2:
         return with_unit[place]
-    if len(lengths) > 3 and not any(each.name for each in source.columns):
+    # Many columns without names are an image, whose file does not state its size.
+    if len(lengths) > 3 and not any(column.name for column in source.columns):
         size = f"{len(lengths)} columns of {len(source.columns[0].values)} numbers without names"
-        raise InvalidInput(
-            f'{size}: needs pixel = "20 nm", the distance of heights, of an image; x and z as names of columns'
-        )
+        need = 'pixel = "20 nm", the distance of heights, of an image; x and z as names of columns'
+        raise InvalidInput(f"{size}: needs {need}")
     raise InvalidInput(f"columns {source}: needs two columns, or the names x and z above them")

@@ -84,15 +84,23 @@ BEYOND: Final[Mapping[str, tuple[str, str]]] = {
 
 def key_meant(word: str) -> str:
     """The key that people call by this word; empty if there is none."""
-    return next((key for key, words in MEANT.items() if word.lower() in words.split()), "")
+    for key, words in MEANT.items():
+        if word.lower() in words.split():
+            return key
+    return ""
 
 
 def otherwise(word: str) -> str:
     """Sentence on how a key follows from another quantity, by a word for that; empty for any other."""
-    return next((how for words, how in OTHERWISE.values() if word.lower() in words.split()), "")
+    for words, how in OTHERWISE.values():
+        if word.lower() in words.split():
+            return how
+    return ""
 
 
 def missing_physics(word: str) -> str:
     """Sentence on physics that the model does not have, by a word that sounds like it; empty for any other."""
-    found = ((what, tool) for what, (words, tool) in BEYOND.items() if word.lower() in words.split())
-    return next((f"{what}: not modelled here; {tool}" for what, tool in found), "")
+    for physics, (words, tool) in BEYOND.items():
+        if word.lower() in words.split():
+            return f"{physics}: not modelled here; {tool}"
+    return ""
