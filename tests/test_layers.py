@@ -35,7 +35,7 @@ ORDER = {
     "nanoslip.study": "shipped toml_text exit_codes notices memory canonical provenance processor origin "
     "measured manifest tasks plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.measured": "units columns recording slips means cycles loops over_load events trace",
-    "nanoslip.study.manifest": "parameters vocabulary problems surface observables checker manifest keys reader cases",
+    "nanoslip.study.manifest": "parameters vocabulary problems surface observables checker manifest keys effects reader cases",
     "nanoslip.study.tasks": "task kind estimates compute miniature functions compliance contact contacts record path"
     " statistics states observables drive drive_observables",
     "nanoslip.study.plan": "plan expectations",

@@ -22,9 +22,9 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import quantities
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.checker import find_refusal
+from nanoslip.study.manifest.effects import refuse_with_stages
 from nanoslip.study.manifest.manifest import OF_CONTACTS, USUAL_MEMBERS, Manifest, TargetTable
 from nanoslip.study.manifest.problems import ManifestError
-from nanoslip.study.manifest.reader import refuse_with_stages
 from nanoslip.study.plan.plan import evenly, key_of_duration
 from nanoslip.study.tasks.compliance import compliance_task
 from nanoslip.study.tasks.compute import run_task

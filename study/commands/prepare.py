@@ -14,10 +14,10 @@ from nanoslip.study import shipped
 from nanoslip.study.commands import plans
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.effects import read_effect_switches
 from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.parameters import Value, has_unit, si_line, words_by_name
 from nanoslip.study.manifest.problems import ManifestError, Problem
-from nanoslip.study.manifest.reader import read_effect_switches
 from nanoslip.study.plan import expectations
 from nanoslip.study.plan.plan import KindCount, Plan, ended
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole

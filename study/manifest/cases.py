@@ -15,6 +15,7 @@ from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import declared
 from nanoslip.study.canonical import Texts, content_hash
 from nanoslip.study.manifest.checker import number_or_text
+from nanoslip.study.manifest.effects import refuse_with_stages
 from nanoslip.study.manifest.manifest import STAGES, Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import (
     OTHER_TABLES,
@@ -29,7 +30,7 @@ from nanoslip.study.manifest.parameters import (
     words_by_name,
 )
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, repeated_remark, unknown
-from nanoslip.study.manifest.reader import KEYS_OF_FILES, refuse_with_stages
+from nanoslip.study.manifest.reader import KEYS_OF_FILES
 
 AxisValues = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""

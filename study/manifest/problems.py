@@ -32,7 +32,7 @@ class Place(NamedTuple):
         """This place and a key there, as messages show it."""
         # A line of a table of cases has a column as key, if any; a table of the campaign file leads its key with a dot.
         if isinstance(self.part, int):
-            parts = (self.file, f"line {self.part}", key)
+            parts: tuple[str, ...] = (self.file, f"line {self.part}", key)
         elif self.part and key:
             parts = (self.file, f"{self.part}.{key}")
         else:

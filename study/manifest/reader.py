@@ -7,7 +7,7 @@ Ranges are not repeated here: each value is tried in the solver's types (`Case`,
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import fields
 from os import PathLike
 from pathlib import Path
@@ -16,22 +16,19 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.case import BY_ROWS, Case, Effects, parameters_of_a_case
+from nanoslip.solver.case import BY_ROWS, Case, parameters_of_a_case
 from nanoslip.solver.drive import (
     AUTO,
     INTEGRATORS,
     PERIODS,
     TRAVEL,
-    Drive,
     Scales,
     only_length,
-    refuse_with_memory,
     refuse_without_stroke,
 )
-from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.load_path import LoadPath
-from nanoslip.solver.outcome import ABSENT, LONGEST_MESSAGE, InvalidInput
+from nanoslip.solver.outcome import LONGEST_MESSAGE, InvalidInput
 from nanoslip.solver.parameter import as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
 from nanoslip.study.manifest.checker import (
@@ -791,73 +788,3 @@ def _with_depth(top: Mapping[str, Any], scales: dict[str, Any]) -> dict[str, Any
         return scales
     width = scales.get("slab_width", Scales().slab_width)
     return {"slab_depth": width, **scales}
-
-
-# The effects that a manifest switches on and off: what is left out where one is off, and combinations that are refused.
-
-
-def refuse_with_stages(manifest: Manifest, case: Case) -> None:
-    """Raise InvalidInput if the stages or outputs of its manifest exclude a case."""
-    need = 'stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
-    require("friction", False, case.effects.friction or "slip" not in manifest.stages, need)
-    if any(pull.drive and pull.drive.in_si.memory for pull in manifest.drives):
-        refuse_with_memory(case)
-    need = "amplitude, stroke, slid, load or legs, or no [path] at all"
-    require("path", ABSENT, bool(case.path) or not manifest.paths, need)
-    if manifest.outputs.subsurface and not isinstance(case.slab.scheme, GridScheme):
-        need = "a scheme that has a grid, others are a surface only"
-        raise InvalidInput("subsurface", True, need, {"scheme": case.slab.scheme.name})
-    scales = manifest.scales
-    if case.slab.scheme.planar and scales.slab_depth != scales.slab_width:
-        beside = {"slab_width": scales.slab_width, "scheme": case.slab.scheme.name}
-        raise InvalidInput("slab_depth", scales.slab_depth, "slab_width, as a plane of nodes is a square", beside)
-    contacts = case.interface.contacts
-    if manifest.outputs.statistics and contacts > 1:
-        raise InvalidInput("contacts", contacts, "one contact, whose events have sizes", {"statistics": True})
-
-
-def read_effect_switches(manifest: Manifest) -> dict[str, str]:
-    """Every effect that a manifest can switch -> its setting here: `on`, `off`, or values that differ from case to case or drive
-    to drive."""
-    switches = {name: _word(name in manifest.stages) for name in ("slip", "dynamics")}
-    switches |= {name: _joint(map(_word, manifest.case_values(name))) for name in declared(Effects)}
-    schemes = [SCHEMES[str(scheme)] for scheme in manifest.case_values("scheme")]
-    switches["finite slab (scheme)"] = _joint(_word(not scheme.bottomless) for scheme in schemes)
-    switches["spread of μ_i"] = _spread(manifest.case_values("spread"))
-    switches["load path"] = _word(manifest.paths)
-    switches["roughness of the pin"] = _word(any(manifest.case_values("roughness")))
-    if not manifest.drives:
-        return switches
-    drives = [pull.drive.in_si for pull in manifest.drives if pull.drive]
-    return switches | {name: _joint(map(setting, drives)) for name, setting in _OF_DRIVES.items()}
-
-
-_OF_DRIVES: Final[Mapping[str, Callable[[Drive], str]]] = {
-    "surface_compliance": lambda drive: _word(drive.surface_compliance),
-    "reverse_motion": lambda drive: _word(drive.reverse_motion),
-    "damping": lambda drive: _word(drive.damping_ratio > 0.0),
-    "sawtooth": lambda drive: "on" if drive.profile == "sawtooth" else f"off: {drive.profile}",
-}
-"""Effect of a drive -> its setting."""
-
-
-def _spread(values: Sequence[Value]) -> str:
-    different = {float(value) for value in values if value}
-    shown = [f"{value:g}" for value in sorted(different)]
-    # A design that fills a range has another spread for each case.
-    if len(shown) > _MOST:
-        shown = [f"{shown[0]} to {shown[-1]}"]
-    off = [] if all(values) else ["off"]
-    return _joint([*shown, *off])
-
-
-_MOST: Final = 6
-"""Values that are named one by one."""
-
-
-def _word(on: object) -> str:
-    return "on" if on else "off"
-
-
-def _joint(values: Iterable[str]) -> str:
-    return ", ".join(dict.fromkeys(values))

@@ -17,13 +17,16 @@ MATRIX: Final = "matrix"
 """The one array of a compliance."""
 
 
-@lru_cache(maxsize=4096)  # hashed once for all cases on it
+# Hashed once for all cases on the slab.
+@lru_cache(maxsize=4096)
 def compliance_task(slab: Slab) -> Task:
     """The surface compliance of a slab."""
-    return Task(task_key("compliance", slab), "compliance", slab, intermediate=True, shared=True)
+    key = task_key("compliance", slab)
+    return Task(key, "compliance", slab, intermediate=True, shared=True)
 
 
-@lru_cache(maxsize=4096)  # all cases on it share the text, and the tuple
+# All cases on a slab share the text, and the tuple: a million of them would fill the memory.
+@lru_cache(maxsize=4096)
 def compliance_needs(slab: Slab) -> tuple[str, ...]:
     """Inputs of a task that uses the compliance of a slab; without ends it is computed faster than read."""
     return () if slab.scheme.endless else (compliance_task(slab).key,)
@@ -34,11 +37,16 @@ def task_compliance(task: Task, inputs: Inputs) -> "Compliance":
     separate task."""
     from nanoslip.solver.elasticity.compliance import surface_compliance  # noqa: PLC0415
 
-    stored = [inputs[key] for key in task.needs if inputs[key].kind == "compliance"]
-    return result_compliance(stored[0], task.slab) if stored else surface_compliance(task.slab)
+    needs = [inputs[key] for key in task.needs]
+    for need in needs:
+        if need.kind == "compliance":
+            return result_compliance(need, task.slab)
+    # A slab without end is a convolution, which is made faster than it is read.
+    return surface_compliance(task.slab)
 
 
-@lru_cache(maxsize=4)  # tasks that follow each other get the same one: the solver keeps what it computes of it
+# Tasks that follow each other get the same compliance: the solver keeps what it computes of it.
+@lru_cache(maxsize=4)
 def result_compliance(result: TaskResult, slab: Slab) -> "SurfaceCompliance":
     """The compliance that a result holds."""
     from nanoslip.solver.elasticity.compliance import SurfaceCompliance  # noqa: PLC0415
@@ -50,8 +58,10 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     return () if case.slab.scheme.endless else (Wanted(compliance_task(case.slab)),)
 
 
-_NODE = 500.0  # numbers for each node of a slab's grid: its sparse stiffness, copies and products
-_SQUARE = 12.0  # numbers for each surface node squared: the compliance, its blocks, those of even and odd fields
+# Numbers for each node of a slab's grid: its sparse stiffness, copies and products.
+_NODE = 500.0
+# Numbers for each surface node squared: the compliance, its blocks, those of even and odd fields.
+_SQUARE = 12.0
 
 
 def _estimate(task: Task) -> Estimate:
@@ -78,6 +88,7 @@ KIND: Final = Kind(
     tasks=_tasks,
     estimate=_estimate,
     compute=_compute,
-    miniature=lambda _: (),  # it runs no kernel
+    # It runs no kernel.
+    miniature=lambda _: (),
     require_arrays=_require_matrix,
 )

@@ -41,26 +41,33 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
 
     `OUT_OF_MEMORY` is of the machine, not of the task: such a result is not to be kept.
     """
-    if task.needs and inputs[task.needs[0]].kind == task.kind:  # the scalars of a result that has more
-        return replace(inputs[task.needs[0]], key=task.key, arrays={})
-    used = stemming((computing_origin(),), *(inputs[key].origins for key in task.needs))
-    return replace(_computed(task, inputs), origins=used)
+    needs = [inputs[key] for key in task.needs]
+    # A task that needs one of its own kind takes the scalars of a result that has more.
+    if needs and needs[0].kind == task.kind:
+        return replace(needs[0], key=task.key, arrays={})
+    origins = stemming((computing_origin(),), *(need.origins for need in needs))
+    return replace(_computed(task, inputs), origins=origins)
 
 
 def _computed(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     needs = [inputs[key] for key in task.needs]
     for need in needs:
-        if not need.outcome.usable:  # a record without a plateau is still a record
-            message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"
-            cause = need.outcome.cause and f"{need.kind} {need.outcome.ending} {need.outcome.cause}"
-            return TaskResult(task.key, task.kind, Outcome(Ending.NEEDS_FAILED, message, cause=cause))
+        # Usable, not completed: a record without a plateau is still a record.
+        if need.outcome.usable:
+            continue
+        message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"
+        # Cases that failed for one cause are counted together, whatever numbers their messages have.
+        cause = need.outcome.cause and f"{need.kind} {need.outcome.ending} {need.outcome.cause}"
+        outcome = Outcome(Ending.NEEDS_FAILED, message, cause=cause)
+        return TaskResult(task.key, task.kind, outcome)
     try:
         return _result(task, inputs)
     except SolverError as error:
         return TaskResult(task.key, task.kind, error.outcome)
     except MemoryError as error:
         message = _NO_MEMORY.format(task.slab.n_x, error)
-        return TaskResult(task.key, task.kind, Outcome(Ending.OUT_OF_MEMORY, message, cause="memory"))
+        outcome = Outcome(Ending.OUT_OF_MEMORY, message, cause="memory")
+        return TaskResult(task.key, task.kind, outcome)
 
 
 _NO_MEMORY = "no memory left at n_x = {}: start fewer ranks on a machine, or use a smaller n_x or fewer events ({})"
@@ -72,9 +79,12 @@ def _result(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     scalars, arrays = member_numbers(kind, computed.members, scalars_only=task.scalars_only)
     kept = {} if task.scalars_only else {**computed.arrays, **arrays}
     scalars |= computed.scalars
-    ended = tuple([member.outcome for member in computed.members])
-    outcome = joint_outcome(ended)
-    return TaskResult(task.key, task.kind, outcome, scalars, kept, () if {outcome} == {*ended} else ended)
+    outcomes = tuple([member.outcome for member in computed.members])
+    outcome = joint_outcome(outcomes)
+    # Members that all ended as their task did, as almost all do, need no outcomes of their own in a file.
+    if {outcome} == {*outcomes}:
+        outcomes = ()
+    return TaskResult(task.key, task.kind, outcome, scalars, kept, outcomes)
 
 
 def compute_members(
@@ -90,29 +100,34 @@ def compute_members(
     of them are computed, and further ones only for a target. spent: relative error by what members leave out, which
     the target includes. coarse: computes a member on twice the node spacing; its change counts in the target, too.
     """
-    kind, ensemble, found = KINDS[task.kind], task.ensemble, list[Member]()
+    kind, ensemble, members = KINDS[task.kind], task.ensemble, list[Member]()
     spacing: SpacingChange | None = None
-
-    def tried(number: int) -> Member:
-        try:
-            return compute(ensemble.case(task_case(task), number), number)
-        except SolverError as error:
-            return Member((), error.outcome)
-
-    for size in ensemble.sizes() if there is None else (there, *(size for size in ensemble.sizes() if size > there)):
-        for number in range(len(found), size):
+    sizes = list(ensemble.sizes())
+    if there is not None:
+        sizes = [there, *(size for size in sizes if size > there)]
+    for size in sizes:
+        for number in range(len(members), size):
             with part_of_progress(number / size, (number + 1) / size):
-                found.append(tried(number))
-        if ensemble.within is not None:
-            if coarse and not spacing:
-                spacing = SpacingChange(spacing_change(task, found, coarse))
-            allowed = error_of_starts(ensemble.within - spent(), spacing.spacing_change if spacing else math.nan)
-            target = replace(ensemble, within=allowed)
-            if all(target.meets_target(*each) for each in _target_values(kind, target, found)):
-                break
-    if spacing:
-        return tuple(replace(each, values=(*each.values, spacing)) if each.values else each for each in found)
-    return tuple(found)
+                try:
+                    case = ensemble.case(task_case(task), number)
+                    members.append(compute(case, number))
+                # One start that fails must not cost the others.
+                except SolverError as error:
+                    members.append(Member((), error.outcome))
+        if ensemble.within is None:
+            continue
+        # The grid's share of the error does not fall with more starts: it is measured once, over the first ones.
+        if coarse and not spacing:
+            spacing = SpacingChange(spacing_change(task, members, coarse))
+        change = spacing.spacing_change if spacing else math.nan
+        allowed = error_of_starts(ensemble.within - spent(), change)
+        target = replace(ensemble, within=allowed)
+        if all(target.meets_target(values, shared) for values, shared in _target_values(kind, target, members)):
+            break
+    if not spacing:
+        return tuple(members)
+    # A member without values has failed: a change of its numbers would be the only one.
+    return tuple(replace(member, values=(*member.values, spacing)) if member.values else member for member in members)
 
 
 ENOUGH: Final = 0.1
@@ -126,6 +141,7 @@ def error_of_starts(within: float, change: float) -> float:
     """
     if math.isnan(change):
         return within
+    # The ± that is ENOUGH of the change is twice that as a relative error, as `within` is.
     return max(within - change, 2.0 * ENOUGH * change)
 
 
@@ -150,23 +166,33 @@ def spacing_change(task: Task, own: Sequence[Member], compute: Callable[[Case, "
     on_fine = _target_values(kind, task.ensemble, own)
     changes = list[float]()
     for (coarse, _), (fine, _) in zip(on_coarse, on_fine, strict=True):
-        mean = float(mean_of(np.array(fine, float)).mean)
-        change = float(mean_of(np.array(coarse, float)).mean) - mean
-        changes.append(abs(change / mean) if mean else math.nan)
+        fine_mean = float(mean_of(np.array(fine, float)).mean)
+        coarse_mean = float(mean_of(np.array(coarse, float)).mean)
+        change = coarse_mean - fine_mean
+        changes.append(abs(change / fine_mean) if fine_mean else math.nan)
     return max(filter(math.isfinite, changes), default=math.nan)
 
 
 def largest_change(kind: Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
     """`omission_error` what members leave out, of the observable of an ensemble's target in which it is largest."""
-    each = (_target_values(kind, ensemble, members) for members in (without, whole))
-    return max(omission_error(fewer, all_of_it) for (fewer, *_), (all_of_it, *_) in zip(*each, strict=True))
+    values_without = _target_values(kind, ensemble, without)
+    values_with = _target_values(kind, ensemble, whole)
+    errors = []
+    for (fewer, _), (complete, _) in zip(values_without, values_with, strict=True):
+        errors.append(omission_error(fewer, complete))
+    return max(errors)
 
 
 def _target_values(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[tuple[list[float | int], float]]:
     """Values of the members, and the error that they share, of each number of this kind in an ensemble's target."""
-    scalars, nothing = _scalars(kind, members), [math.nan] * len(members)
-    chosen = (key for key, each in result_quantities(kind).items() if each.name in ensemble.of)
-    return [(scalars.get(key, nothing), scalars.get(f"{key}{SHARED_ERROR}", [0.0])[0]) for key in chosen]
+    scalars, no_values = _scalars(kind, members), [math.nan] * len(members)
+    pairs = []
+    for key, stated in result_quantities(kind).items():
+        if stated.name in ensemble.of:
+            # The shared error is one number, which each member's scalars repeat.
+            shared = scalars.get(f"{key}{SHARED_ERROR}", [0.0])[0]
+            pairs.append((scalars.get(key, no_values), shared))
+    return pairs
 
 
 def member_numbers(
@@ -178,37 +204,49 @@ def member_numbers(
         return scalars, {}
     arrays = _arrays(kind, members[0]) if members else {}
     if kind.all_members and len(members) > 1:
-        each = [arrays, *(_arrays(kind, member) for member in members[1:])]
+        of_members = [arrays, *(_arrays(kind, member) for member in members[1:])]
         for sample in dict.fromkeys(item.sample for item in kind.ragged):
-            columns = [name for name in result_quantities(kind, sample) if any(name in one for one in each)]
+            columns = [name for name in result_quantities(kind, sample) if any(name in one for one in of_members)]
+            # All columns along a dimension are as long as each other: the first one gives the lengths of all.
             for name in columns[:1]:
-                scalars[column_length_name(sample)] = [len(one[name]) if name in one else 0 for one in each]
-            for name in () if scalars_only else columns:
-                arrays[name] = np.concatenate([one[name] for one in each if name in one])
-    elif len(members) > 1 and not members[0].outcome.usable:  # an ensemble is usable without its first member
+                scalars[column_length_name(sample)] = [len(one[name]) if name in one else 0 for one in of_members]
+            if scalars_only:
+                continue
+            # `arrays` is the first of them: each column is replaced only once it has been read.
+            for name in columns:
+                arrays[name] = np.concatenate([one[name] for one in of_members if name in one])
+    # An ensemble is usable without its first member, whose arrays are those of a failure then.
+    elif len(members) > 1 and not members[0].outcome.usable:
         arrays = {}
     return scalars, {} if scalars_only else arrays
 
 
 def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | int]]:
-    found: dict[str, list[float | int]] = {}
+    scalars: dict[str, list[float | int]] = {}
     for part in kind.parts:
         values: list[Any] = [member.part(part.type) for member in members]
-        one = next((value for value in values if value is not None), None)
-        for name, key, words in _held(part) if one is not None else ():
-            if not isinstance(getattr(one, name), _NO_SCALARS):
-                found[key] = [
-                    math.nan if value is None else _encode_word(getattr(value, name), words) for value in values
-                ]
+        example = next((value for value in values if value is not None), None)
+        # No member has it: the campaign did not request this part.
+        if example is None:
+            continue
+        for name, key, words in _held(part):
+            if not isinstance(getattr(example, name), _NO_SCALARS):
+                column = []
+                for value in values:
+                    column.append(math.nan if value is None else _encode_word(getattr(value, name), words))
+                scalars[key] = column
+    # A number that was computed without an effect that decides it is none, even where it looks like one.
     for number, member in enumerate(members):
         if member.only is not None:
-            kept = {key for key, each in result_quantities(kind).items() if each.name in member.only}
-            for key in found.keys() - kept:
-                found[key][number] = math.nan
-    for key, each in _sharing(kind):
-        if key in found:
-            found[f"{key}{SHARED_ERROR}"] = [_shared_member_error(key, each, members, found[key])] * len(members)
-    return found
+            kept = {key for key, stated in result_quantities(kind).items() if stated.name in member.only}
+            for key in scalars.keys() - kept:
+                scalars[key][number] = math.nan
+    # Shared errors come last: they count the members that still have a number.
+    for key, stated in _sharing(kind):
+        if key in scalars:
+            error = _shared_member_error(key, stated, members, scalars[key])
+            scalars[f"{key}{SHARED_ERROR}"] = [error] * len(members)
+    return scalars
 
 
 _NO_SCALARS: Final = (np.ndarray, Outcome)
@@ -218,36 +256,42 @@ _NO_SCALARS: Final = (np.ndarray, Outcome)
 @lru_cache(maxsize=64)
 def _sharing(kind: Kind) -> list[tuple[str, Quantity]]:
     """Quantities of a kind whose means have an error that all members share."""
-    return [(key, each) for key, each in result_quantities(kind).items() if each.shared]
+    return [(key, stated) for key, stated in result_quantities(kind).items() if stated.shared]
 
 
 def _shared_member_error(key: str, quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
     """The error of a mean that all members share; NaN where fewer than two have a value, and where it is not known."""
-    having = [(member, value) for member, value in zip(members, values, strict=True) if math.isfinite(value)]
-    if len(having) < 2 or any(key in member.repetitions for member, _ in having):
+    pairs = [(member, value) for member, value in zip(members, values, strict=True) if math.isfinite(value)]
+    having, finite = [member for member, _ in pairs], [value for _, value in pairs]
+    if len(pairs) < 2 or any(key in member.repetitions for member in having):
         return math.nan
     if quantity.shared == "nodes":
-        step = math.fsum(member.node for member, _ in having) / len(having)
-        return node_error(np.array([value for _, value in having]), step)
-    plateaus = [member.plateau for member, _ in having if member.plateau]
+        step = math.fsum(member.node for member in having) / len(having)
+        return node_error(np.array(finite), step)
+    plateaus = [member.plateau for member in having if member.plateau]
     if quantity.shared == "length":
-        halves = [member.halves.get(key, math.nan) for member, _ in having]
-        return extreme_error([value - half for (_, value), half in zip(having, halves, strict=True)])
+        halves = [member.halves.get(key, math.nan) for member in having]
+        return extreme_error([value - half for value, half in zip(finite, halves, strict=True)])
+    # Known to be none: a number that repetitions decide in some member has been NaN above.
     if quantity.shared == "repetition":
         return 0.0
     if quantity.shared == "events":
-        return event_drift_error(plateaus) * abs(math.fsum(value for _, value in having)) / len(having)
-    return (stress_error if quantity.shared == "stress" else plateau_error)(plateaus)
+        return event_drift_error(plateaus) * abs(math.fsum(finite)) / len(finite)
+    error = stress_error if quantity.shared == "stress" else plateau_error
+    return error(plateaus)
 
 
 def _arrays(kind: Kind, member: Member) -> dict[str, NDArray[Any]]:
-    found: dict[str, NDArray[Any]] = {}
+    arrays: dict[str, NDArray[Any]] = {}
     for part in kind.parts:
         value: Any = member.part(part.type)
-        for name, key, _ in _held(part) if value is not None else ():
-            if isinstance(one := getattr(value, name), np.ndarray):
-                found[key] = one
-    return found
+        if value is None:
+            continue
+        for name, key, _ in _held(part):
+            content = getattr(value, name)
+            if isinstance(content, np.ndarray):
+                arrays[key] = content
+    return arrays
 
 
 def joint_outcome(members: Sequence[Outcome]) -> Outcome:
@@ -255,47 +299,63 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
     all others."""
     if len({*members}) < 2:
         return members[0] if members else COMPLETED
-    failed = Counter(each.ending for each in members if not each.ok)
+    failed = Counter(outcome.ending for outcome in members if not outcome.ok)
     enough = len(members) - failed.total() >= fewest_members(len(members))
     ending = Ending.COMPLETED if enough else failed.most_common(1)[0][0]
-    speaking = [each for each in members if each.message]
-    first = {each.ending: each for each in reversed(speaking)}
-    said = Counter(each.ending for each in speaking).most_common()
-    # What a member that completed says is a remark: with its ending the others would read as failures.
-    ends = {end: "" if end is Ending.COMPLETED else f" {end}" for end, _ in said}
-    some = {
-        end: "" if count == len(members) else f"{count} of {len(members)} members{ends[end]}: " for end, count in said
-    }
-    messages = [f"{words}{first[end].message}" for end, words in some.items()]
-    kinds_of = [first[each].kind for each, _ in said]
-    cause = "; ".join(kinds_of) if kinds_of != messages else ""
-    return Outcome(ending, "; ".join(messages), any(each.longer for each in members), cause)
+    speaking = [outcome for outcome in members if outcome.message]
+    # Reversed, so that the first message of each ending is the one that stays.
+    first = {outcome.ending: outcome for outcome in reversed(speaking)}
+    counts = Counter(outcome.ending for outcome in speaking).most_common()
+    messages, causes = [], []
+    for end, count in counts:
+        # What a member that completed says is a remark: with its ending the others would read as failures.
+        ended = "" if end is Ending.COMPLETED else f" {end}"
+        share = "" if count == len(members) else f"{count} of {len(members)} members{ended}: "
+        messages.append(f"{share}{first[end].message}")
+        causes.append(first[end].kind)
+    # A cause groups cases whose messages differ in numbers: one that is the message itself says nothing more.
+    cause = "; ".join(causes) if causes != messages else ""
+    longer = any(outcome.longer for outcome in members)
+    return Outcome(ending, "; ".join(messages), longer, cause)
 
 
 @lru_cache(maxsize=256)
 def _held(part: Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
     """List the numbers of a part that results hold: field, name in results, and the words that it encodes."""
     described = quantities(part.type, part.prefix)
-    named = [(item.name, f"{part.prefix}{item.name}") for item in fields(part.type)]
-    held = ((name, key, described.get(key)) for name, key in named if part.whole or key in described)
-    return tuple((name, key, each.words if each else ()) for name, key, each in held)
+    numbers = []
+    for item in fields(part.type):
+        key = f"{part.prefix}{item.name}"
+        if key in described:
+            numbers.append((item.name, key, described[key].words))
+        # What another task reads is held, even where it is no quantity of a dataset.
+        elif part.whole:
+            numbers.append((item.name, key, ()))
+    return tuple(numbers)
 
 
 def _encode_word(value: Any, words: tuple[str, ...]) -> Any:
     """Encode a text as its position among the words, None as NaN; a number stays."""
-    return value if not words else math.nan if value is None else words.index(value)
+    if not words:
+        return value
+    return math.nan if value is None else words.index(value)
 
 
 def whole_again(kind: type[PartOfResult], result: TaskResult, member: int = 0, prefix: str = "") -> PartOfResult:
     """A member's value that `member_numbers` took apart: of a whole part with this prefix."""
     make: Any = kind
     described = quantities(make, prefix)
-    held: dict[str, Any] = {f"{prefix}outcome": (result.members or (result.outcome,) * (member + 1))[member]}
+    # Members that ended as their task did have no outcomes of their own.
+    outcome = result.members[member] if result.members else result.outcome
+    values: dict[str, Any] = {}
     for item in fields(make):
         name = f"{prefix}{item.name}"
         if name in result.arrays:
-            held[name] = member_column(result, name, described[name].along if name in described else "", member)
+            sample = described[name].along if name in described else ""
+            values[item.name] = member_column(result, name, sample, member)
         elif name in result.scalars:
-            held[name] = result.scalars[name][member]
-    there = {item.name: held[name] for item in fields(make) if (name := f"{prefix}{item.name}") in held}
-    return make(**there)  # type: ignore[no-any-return]  # a number that came later has its default
+            values[item.name] = result.scalars[name][member]
+        elif item.name == "outcome":
+            values[item.name] = outcome
+    # A number that a later version declares is missing here, and takes its default.
+    return make(**values)  # type: ignore[no-any-return]

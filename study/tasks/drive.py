@@ -61,18 +61,20 @@ def drive_task(
     Members that its target needs beyond those records are slid too.
     """
     record = record_task(case, ensemble)
-    own, text = own_ensemble("drive", ensemble)
+    of_drives, text = own_ensemble("drive", ensemble)
     marks = list_marks(scalars=scalars_only, unfitted=not fitted, critical=critical)
     key = task_key("drive", record.key, drive_text(drive), text, *marks)
-    slides = own.within is not None or drive.memory
-    needs = (record.key, *(compliance_needs(case.slab) if slides else ()))
+    needs = (record.key,)
+    # A target may need members that have no record yet; a contact that remembers is slid by its own drive.
+    if of_drives.within is not None or drive.memory:
+        needs = (record.key, *compliance_needs(case.slab))
     return Task(
         key,
         "drive",
         case.slab,
         case,
         drive,
-        ensemble=own,
+        ensemble=of_drives,
         needs=needs,
         scalars_only=scalars_only,
         fitted=fitted,
@@ -80,36 +82,45 @@ def drive_task(
     )
 
 
-@lru_cache(maxsize=4096)  # a campaign has few drives and many cases
+# A campaign has few drives and many cases.
+@lru_cache(maxsize=4096)
 def drive_text(drive: Drive) -> CanonicalText:
     """Canonical text of a drive, for keys."""
     settings = {item.name: getattr(drive, item.name) for item in fields(drive)}
-    if drive.stage_stroke is None:  # a stage in one direction has no cycles
+    # A stage in one direction has no cycles: their default must not name its results.
+    if drive.stage_stroke is None:
         settings = {name: value for name, value in settings.items() if name not in OF_A_STROKE}
-    return CanonicalText(canonical_text({"type": type(drive).__name__, **settings}))
+    text = canonical_text({"type": type(drive).__name__, **settings})
+    return CanonicalText(text)
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     outputs = manifest.outputs
     bare = not (outputs.trajectory or outputs.phases)
-    task = partial(drive_task, scalars_only=bare, fitted=outputs.fit, critical=outputs.critical)
-    return tuple(Wanted(task(case, drive, manifest.ensemble), label) for label, drive in dimensionless_drives(manifest))
+    make_task = partial(drive_task, scalars_only=bare, fitted=outputs.fit, critical=outputs.critical)
+    tasks = []
+    for label, drive in dimensionless_drives(manifest):
+        task = make_task(case, drive, manifest.ensemble)
+        tasks.append(Wanted(task, label))
+    return tuple(tasks)
 
 
 @cache_last
 def dimensionless_drives(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
     """Label and numbers of the campaign's drives."""
-    return tuple((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
+    pulls = [(pull.label, pull.drive) for pull in manifest.drives if pull.drive]
+    return tuple((label, drive.dimensionless(manifest.scales)) for label, drive in pulls)
 
 
 def reciprocates(manifest: Manifest) -> bool:
     """True if the stage of a drive goes to and fro."""
-    return any(each.drive is not None and each.drive.in_si.stage_stroke is not None for each in manifest.drives)
+    drives = [pull.drive.in_si for pull in manifest.drives if pull.drive is not None]
+    return any(drive.stage_stroke is not None for drive in drives)
 
 
 def goes_one_way(manifest: Manifest) -> bool:
     """True if the stage of a drive keeps its direction; as it does where all drives are refused."""
-    drives = [each.drive.in_si for each in manifest.drives if each.drive is not None]
+    drives = [pull.drive.in_si for pull in manifest.drives if pull.drive is not None]
     return not drives or any(drive.stage_stroke is None for drive in drives)
 
 
@@ -120,9 +131,11 @@ def _has_legs(manifest: Manifest) -> bool:
 
 def _estimate(task: Task) -> Estimate:
     case, drive = task_case(task), task_drive(task)
-    numbers = 6.0 * drive.output_times  # twice that with the fit's columns, beside the record
+    numbers = 6.0 * drive.output_times
+    # Twice the columns of the motion with those of the fit, beside the record.
     memory = FLOAT * (2.0 * numbers + 16.0 * estimate_sizes(case).events)
-    return Estimate(task.ensemble.likely * drive_seconds(drive, case, task.fitted, task.critical), memory, numbers)
+    seconds = drive_seconds(drive, case, task.fitted, task.critical)
+    return Estimate(task.ensemble.likely * seconds, memory, numbers)
 
 
 class Pulling:
@@ -136,20 +149,22 @@ class Pulling:
 
     def member(self, case: Case, number: int) -> Member:
         """The motion of a member, and the numbers measured in it."""
+        # Effects are left out only for a target, which states an error that the omission counts in.
         if self.task.ensemble.within is not None and number == PAIRS:
             self._leave_out()
         if number < len(self.records):
             recorded = self.records[number]
         else:
-            recorded = _slide_member(case, task_compliance(self.task, self.inputs), self.task.ensemble)
-        found = self._pull(case, recorded, self.drive)
+            compliance = task_compliance(self.task, self.inputs)
+            recorded = _slide_member(case, compliance, self.task.ensemble)
+        member = self._pull(case, recorded, self.drive)
         if number < PAIRS:
-            self.whole.append(found)
+            self.whole.append(member)
         elif self.drive is not task_drive(self.task):
-            return replace(
-                found, only=(*self.task.ensemble.of, *quantities(LeftOut), *quantities(SpacingChange, "drive_"))
-            )
-        return found
+            # Only the target's numbers are known to change by little; all others of such a member are left out.
+            judged = (*self.task.ensemble.of, *quantities(LeftOut), *quantities(SpacingChange, "drive_"))
+            return replace(member, only=judged)
+        return member
 
     def coarse_member(self, case: Case, compliance: "Compliance") -> Member:
         """The motion of a member on another grid, with all effects."""
@@ -159,21 +174,26 @@ class Pulling:
     def motion(self, number: int) -> DynamicsResult | None:
         """The motion over a member's record with all effects; None if it has none, or one that ended too early."""
         case = self.task.ensemble.case(task_case(self.task), number)
-        found = self._pull(case, self.records[number], task_drive(self.task))
-        return found.part(DynamicsResult) if found.outcome.usable else None
+        member = self._pull(case, self.records[number], task_drive(self.task))
+        return member.part(DynamicsResult) if member.outcome.usable else None
 
     def _leave_out(self) -> None:
         """First effect whose omission changes the first members' numbers by less than half of the target."""
         ensemble, everything = self.task.ensemble, self.drive
-        for effect in SPARED if ensemble.of else ():
-            if effect.there(everything):
-                without = effect.without(everything)
-                alone = task_case(self.task)  # what is spared is no effect of a contact that is pulled over itself
-                fewer = [self._pull(alone, recorded, without) for recorded in self.records[:PAIRS]]
-                error = largest_change(KIND, ensemble, fewer, self.whole)
-                if error <= 0.5 * (ensemble.within or 0.0):
-                    self.drive, self.left_out = without, LeftOut(effect.name, error)
-                    return
+        if not ensemble.of:
+            return
+        # What is spared is no effect of a contact that is pulled over itself: any member's case serves.
+        case = task_case(self.task)
+        for effect in SPARED:
+            if not effect.there(everything):
+                continue
+            without = effect.without(everything)
+            fewer = [self._pull(case, recorded, without) for recorded in self.records[:PAIRS]]
+            error = largest_change(KIND, ensemble, fewer, self.whole)
+            # Half of the target stays for the starts.
+            if error <= 0.5 * (ensemble.within or 0.0):
+                self.drive, self.left_out = without, LeftOut(effect.name, error)
+                return
 
     def _pull(self, case: Case, recorded: Recorded, drive: Drive) -> Member:
         from nanoslip.solver.dynamics.duration import measure_motion  # noqa: PLC0415
@@ -186,9 +206,11 @@ class Pulling:
         try:
             pull = None
             if drive.memory:
-                from nanoslip.solver.driven.contact_drive import pull_of_contact  # noqa: PLC0415  few scenes call for it
+                # Few scenes call for it.
+                from nanoslip.solver.driven.contact_drive import pull_of_contact  # noqa: PLC0415
 
-                pull = pull_of_contact(case, task_compliance(self.task, self.inputs), drive)
+                compliance = task_compliance(self.task, self.inputs)
+                pull = pull_of_contact(case, compliance, drive)
             motion, coefficients = measure_motion(record, plateau, drive, pull)
         except SolverError as error:
             return Member((), error.outcome)
@@ -197,10 +219,13 @@ class Pulling:
         critical, halves = None, dict[str, float]()
         if self.task.critical:
             critical = _critical(record, plateau, drive)
+            # Over half of the record once more: how far the number depends on the length of a record is its shared error.
             half = record.first_half
             steady = plateau_of(half)
             if steady.outcome.ok:
-                halves = {"critical_velocity": _critical(half, steady, drive).critical_velocity}
+                critical_of_half = _critical(half, steady, drive)
+                halves = {"critical_velocity": critical_of_half.critical_velocity}
+        # A longer drive would settle, unless it ended for another reason than its duration.
         longer = bool(count.unsettled) and ending_parameter(motion, drive) == "duration"
         outcome = coefficients.outcome.adding(Outcome(Ending.COMPLETED, count.unsettled, longer))
         values = (coefficients, fit, count, critical, motion, no_legs())
@@ -217,11 +242,12 @@ class Pulling:
             if drive.memory:
                 from nanoslip.solver.driven.contact_drive import legs_pull_of_contact  # noqa: PLC0415
 
-                pull = legs_pull_of_contact(case, task_compliance(self.task, self.inputs), drive)
-            found = measure_strokes(record, plateau, drive, pull)
+                compliance = task_compliance(self.task, self.inputs)
+                pull = legs_pull_of_contact(case, compliance, drive)
+            strokes = measure_strokes(record, plateau, drive, pull)
         except SolverError as error:
             return Member((), error.outcome)
-        return Member((found.motion, found.loops, found.legs), found.outcome, plateau=plateau)
+        return Member((strokes.motion, strokes.loops, strokes.legs), strokes.outcome, plateau=plateau)
 
 
 def repetition_numbers(motion: DynamicsResult, count: StickSlipCount, plateau: Plateau) -> tuple[str, ...]:
@@ -229,12 +255,14 @@ def repetition_numbers(motion: DynamicsResult, count: StickSlipCount, plateau: P
 
     A pin that slides vibrates with the period of the repetition, however long the record is.
     """
-    goes_beyond, long = motion.position[-1] > plateau.end, repeats(plateau)
-    searched = () if long else ("critical_velocity",)  # its drives go as far as they need
+    goes_beyond, is_long = motion.position[-1] > plateau.end, repeats(plateau)
+    # The drives of a search for the critical velocity go as far as they need, also where this one does not.
+    searched = () if is_long else ("critical_velocity",)
     if not goes_beyond:
         return searched
-    if not long:
+    if not is_long:
         return (*searched, "time_stuck", "spring_force_amplitude", "stick_slip_period")
+    # Of a long record only the vibration of a pin that slides has the period of the repetition.
     return () if count.regime == "stick_slip" else ("spring_force_amplitude",)
 
 
@@ -253,12 +281,16 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
     pulling = Pulling(task, inputs)
     there = len(pulling.records)
     # Over a contact itself a drive reads the compliance of its own grid.
-    alone = task_case(task).interface.contacts == 1 and not task_drive(task).memory
-    coarse = pulling.coarse_member if alone else None
-    found = compute_members(task, pulling.member, there, lambda: pulling.left_out.left_out_error, coarse)
+    is_single = task_case(task).interface.contacts == 1 and not task_drive(task).memory
+    coarse = pulling.coarse_member if is_single else None
+    members = compute_members(task, pulling.member, there, lambda: pulling.left_out.left_out_error, coarse)
+    # What was left out is decided among members, so that their values get it last.
     if task.ensemble.within is not None:
-        found = tuple(replace(each, values=(*each.values, pulling.left_out)) if each.values else each for each in found)
-    return Computed(found)
+        left_out = pulling.left_out
+        members = tuple(
+            replace(member, values=(*member.values, left_out)) if member.values else member for member in members
+        )
+    return Computed(members)
 
 
 def _slide_member(case: Case, compliance: "Compliance", ensemble: Ensemble) -> Recorded:
@@ -277,13 +309,15 @@ def _miniature(task: Task) -> tuple[Task, ...]:
     """
     drive = task_drive(task)
     case = task_case(task) if drive.memory else SMALL
-    small = Case.of({**NUMBERS, "slip_order": case.slip_rule.slip_order, **compiling_shape(case)})
+    shape = compiling_shape(case)
+    small = Case.of({**NUMBERS, "slip_order": case.slip_rule.slip_order, **shape})
     with suppress(InvalidInput):
         shorter: dict[str, Any] = {"duration": (drive.duration or 100.0) / 100}
+        # A stroke lasts as long as its cycles take: it has no duration to shorten.
         if drive.stage_stroke is not None:
             shorter = {"stage_stroke": drive.stage_stroke / 100}
-        found = drive_task(small, replace(drive, **shorter, samples=2))
-        return (replace(found, needs=found.needs[:1]),)
+        shortened = drive_task(small, replace(drive, **shorter, samples=2))
+        return (replace(shortened, needs=shortened.needs[:1]),)
     return (drive_task(small, replace(drive, samples=2)),)
 
 

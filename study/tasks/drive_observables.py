@@ -59,6 +59,7 @@ KIND: Final = Kind(
     tasks=_tasks,
     estimate=_estimate,
     compute=_compute,
-    miniature=drives.KIND.miniature,  # they run no kernel beside the drive's
+    # They run no kernel beside the drive's.
+    miniature=drives.KIND.miniature,
     driven=True,
 )

@@ -62,10 +62,14 @@ NODE_STIFFNESS = 3.0
 """Stiffness of a surface node against its neighbours at rest, in G: about a half-plane's under a load one spacing wide."""
 
 
-@lru_cache(maxsize=256)  # asked for time and memory
+# Kept: both time and memory need it.
+@lru_cache(maxsize=256)
 def grid_nodes(slab: Slab) -> int:
     """Nodes of the slab's grid; 0 of a scheme without one."""
-    return int(sum(grid_scheme(slab).grid(trunk(slab)).counts)) if isinstance(slab.scheme, GridScheme) else 0
+    if not isinstance(slab.scheme, GridScheme):
+        return 0
+    grid = grid_scheme(slab).grid(trunk(slab))
+    return int(sum(grid.counts))
 
 
 class Sizes(NamedTuple):
@@ -92,37 +96,45 @@ class Sizes(NamedTuple):
     """Events that fit into its displacement, or that the pin meets on its slab."""
 
 
-@cache_last  # asked for time, memory and disk space
+# Kept: time, memory and disk space need them.
+@cache_last
 def estimate_sizes(case: Case) -> Sizes:
     """Sizes of a case, from scaling laws."""
     slab, rule = case.slab, case.slip_rule
+    is_coulomb = rule.residual_shear == 1.0
     hertz = across = _nodes_across(case, estimate_half_width(case))
     if case.pin != "flat_punch" and not slab.scheme.bottomless:
         film = film_radius if slab.scheme.planar else film_half_width
         half_width = film(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio)
-        across = min(hertz, _nodes_across(case, half_width)) if half_width > slab.aspect_ratio else hertz
+        # The law of a thin film holds where the contact is wider than the layer is high; else the layer is a half-plane.
+        if half_width > slab.aspect_ratio:
+            across = min(hertz, _nodes_across(case, half_width))
     stiffness = _lateral_stiffness(slab, across)
     nodes = across
+    # A circle of this diameter.
     if slab.scheme.planar:
-        hertz, nodes = (math.pi / 4.0 * each**2 for each in (hertz, across))
-    # Nodes that never slip leave no events.
+        hertz = math.pi / 4.0 * hertz**2
+        nodes = math.pi / 4.0 * across**2
+    # Nodes that never slip leave no events: an infinite μ_i is as good as a million.
     limit = contact_limit(case, nodes * slab.node_area)
     presliding = min(limit, 1e6 * case.normal_load) / stiffness
     least = rule.event_floor * min(slab.spacing, STRETCHES * presliding)
-    lost = max(1.0 - rule.residual_shear, 1e-6)  # share of its shear that a node loses in a slip
+    # Share of its shear that a node loses in a slip.
+    lost = max(1.0 - rule.residual_shear, 1e-6)
     step = max(lost * presliding / (EVENTS * nodes), least, 1e-300)
-    follows = case.effects.pin_translation or rule.residual_shear == 1.0
     length = presliding_length(limit, stiffness)
     reach = extend_record(case, length, farthest(case, length) / step)
-    reach = min(reach, off_the_slab(case) if follows else math.inf)
+    if case.effects.pin_translation or is_coulomb:
+        reach = min(reach, off_the_slab(case))
     most = float(case.max_events or MOST_EVENTS)
     # In Coulomb sliding a node is touched and one released in each spacing; all come to slide first.
-    events = 2.0 * nodes + slab.rows * reach / slab.spacing if rule.residual_shear == 1.0 else reach / step
+    events = 2.0 * nodes + slab.rows * reach / slab.spacing if is_coulomb else reach / step
     return Sizes(hertz, nodes, across, stiffness, presliding, step, reach, most, min(events, most))
 
 
 def _nodes_across(case: Case, half_width: float) -> float:
-    return min(2.0 * half_width * (case.slab.n_x - 1) + 1.0, float(case.slab.n_x))
+    nodes = 2.0 * half_width * (case.slab.n_x - 1) + 1.0
+    return min(nodes, float(case.slab.n_x))
 
 
 def _lateral_stiffness(slab: Slab, nodes: float) -> float:
@@ -142,17 +154,21 @@ def _lateral_stiffness(slab: Slab, nodes: float) -> float:
         return math.pi / (soft * max(math.log(4.0 * height / width), 1.0))
     if slab.support == "right_side":
         return 4.0 * min(height, 0.5) / soft
+    # Compliances in series. 1.2 is Timoshenko's 6/5 for a rectangle.
     shear = 1.2 * height / min(width + height, 1.0)
     bending = 0.5 * soft * height**3 * (4.0 - 3.0 * width)
-    return 1.0 / (shear + bending + (soft if slab.support == "frictionless" else 0.0))
+    support = soft if slab.support == "frictionless" else 0.0
+    return 1.0 / (shear + bending + support)
 
 
 def estimate_displacement(case: Case) -> float:
     """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
-    of = estimate_sizes(case)
+    sizes = estimate_sizes(case)
+    # Coulomb sliding: the first events bring all nodes to slide, then there is one for each spacing.
     if case.slip_rule.residual_shear == 1.0:
-        return min(of.reach, max(of.most - 2.0 * of.nodes, 0.0) * case.slab.spacing)
-    return min(of.reach, of.events * of.step)
+        steady = max(sizes.most - 2.0 * sizes.nodes, 0.0)
+        return min(sizes.reach, steady * case.slab.spacing)
+    return min(sizes.reach, sizes.events * sizes.step)
 
 
 def path_length(case: Case) -> tuple[int, float, float]:
@@ -165,11 +181,13 @@ def _tableau_entries(case: Case) -> float:
 
     A rough pin in plane strain may meet any; on a plane those below its lowest contact by twice the range of its roughness.
     """
-    n_x, found = case.slab.n_x, estimate_sizes(case)
-    followed = n_x if case.heterogeneity.roughness else found.nodes + 2.0 * margin(n_x)
+    n_x, sizes = case.slab.n_x, estimate_sizes(case)
+    followed = n_x if case.heterogeneity.roughness else sizes.nodes + 2.0 * margin(n_x)
     if case.slab.scheme.planar:
         rough = float(np.ptp(make_image(case.heterogeneity.roughness).height))
-        across = math.hypot(found.across, 4.0 * (n_x - 1) * math.sqrt(case.radius * rough))
+        # A sphere rises by x²/2R: to twice the range h of the roughness within x = 2√(Rh), a diameter of 4√(Rh).
+        width_of_roughness = 4.0 * (n_x - 1) * math.sqrt(case.radius * rough)
+        across = math.hypot(sizes.across, width_of_roughness)
         followed = math.pi / 4.0 * (across + 2.0 * RINGS) ** 2
     return 2.0 * min(followed, case.slab.nodes) + 1.0
 
@@ -178,7 +196,8 @@ def _touch_entries(case: Case) -> float:
     """Entries of a row of the matrix of initial contact."""
     effects = case.effects
     frictionless = case.initial_contact == "frictionless" and case.slip_rule.residual_shear < 1.0
-    if frictionless or not (effects.friction and effects.coupling):  # the normal problem alone: no tableau is set up
+    # The normal problem alone: no tableau is set up.
+    if frictionless or not (effects.friction and effects.coupling):
         return estimate_sizes(case).nodes
     if case.initial_contact == "gradual":
         return 2.0 * case.slab.nodes + 1.0
@@ -195,11 +214,13 @@ def condensation_seconds(slab: Slab) -> float:
 
 def touch_seconds(case: Case) -> float:
     """Seconds of initial contact that nothing follows."""
+    # Fourier transforms of n nodes take n log n.
     if case.contact_by_convolution:
         return TASK + STEP * case.slab.nodes * math.log2(case.slab.nodes)
     nodes = estimate_sizes(case).hertz_nodes
+    # Inverses of few sets, at the speed of a product of matrices.
     if case.slab.scheme.planar and case.initial_contact != "gradual":
-        return TASK + SOLVE * nodes**3  # inverses of few sets, at the speed of a product of matrices
+        return TASK + SOLVE * nodes**3
     return TASK + SOLVE * nodes * _touch_entries(case) ** 2
 
 
@@ -213,14 +234,20 @@ def slide_seconds(case: Case, events: float) -> float:
     lengths with 201 nodes, 40 s for 2 with 795."""
     nodes, stiffness = estimate_sizes(case).nodes, estimate_sizes(case).stiffness
     if case.slip_rule.residual_shear == 1.0:
-        return (events + nodes) * (TASK + SOLVE / 32.0 * nodes**3)
+        solution = TASK + SOLVE / 32.0 * nodes**3
+        return (events + nodes) * solution
     row = _tableau_entries(case) if case.effects.pin_translation else nodes
     slab, scheme = case.slab, case.slab.scheme
-    own = NODE_STIFFNESS * (slab.spacing if scheme.planar else 1.0)
-    leaf, coupling = spring_stiffness(scheme, slab) if isinstance(scheme, Chain) else (own, 0.0)
+    leaf, coupling = NODE_STIFFNESS, 0.0
+    if isinstance(scheme, Chain):
+        leaf, coupling = spring_stiffness(scheme, slab)
+    # On a plane the stiffness of a node is that over its spacing, in G·L_y.
+    elif scheme.planar:
+        leaf *= slab.spacing
     # Slips per event: all nodes regain own stiffness · step each, and lose `lost` · μ_i W/nodes in a slip. With the
     # step lost · μ_i W/(K · EVENTS · nodes) that is own stiffness · nodes/(K · EVENTS).
-    in_an_event = min(max((leaf + 2.0 * coupling) / EVENTS * nodes / stiffness, 1.0), nodes)
+    slips = (leaf + 2.0 * coupling) / EVENTS * nodes / stiffness
+    in_an_event = min(max(slips, 1.0), nodes)
     return SLIP * row * (events * in_an_event + row)
 
 
@@ -232,9 +259,10 @@ def drive_duration(drive: Drive, case: Case) -> float:
     if drive.stage_stroke is not None:
         return drive.cycles_duration
     force = min(least_plateau(case), 1e6) * case.total_load
-    return min(
-        estimate_duration(drive, force, force, estimate_sizes(case).stiffness, estimate_displacement(case)), 1e30
-    )
+    stiffness = estimate_sizes(case).stiffness
+    duration = estimate_duration(drive, force, force, stiffness, estimate_displacement(case))
+    # A stage that hardly moves would take for ever: finite numbers can still be added up.
+    return min(duration, 1e30)
 
 
 def drive_steps(drive: Drive, case: Case) -> float:
@@ -242,6 +270,7 @@ def drive_steps(drive: Drive, case: Case) -> float:
     duration = drive_duration(drive, case)
     way = drive.stage_velocity * duration
     sizes = estimate_sizes(case)
+    # The limit of an interface is that of all its contacts together, in so many pieces over the whole record.
     teeth = way * PIECES / sizes.reach if case.interface.contacts > 1 else way / sizes.step
     step: float | None = getattr(drive.integrator, "time_step", None)
     if step:
@@ -251,14 +280,22 @@ def drive_steps(drive: Drive, case: Case) -> float:
 
 def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False) -> float:
     """Seconds of motion and fit: steps, and samples; of the contact that is slid as far as the stage moves; of bisections."""
-    way = drive.stage_velocity * drive_duration(drive, case) if drive.memory else 0.0
-    contact = touch_seconds(case) + slide_seconds(case, way / estimate_sizes(case).step) if way else 0.0
+    sizes, duration = estimate_sizes(case), drive_duration(drive, case)
+    contact = 0.0
+    # A contact that remembers is slid once more, under its drive.
+    if drive.memory and drive.stage_velocity * duration:
+        events = drive.stage_velocity * duration / sizes.step
+        contact = touch_seconds(case) + slide_seconds(case, events)
+    steps = drive_steps(drive, case)
     # A light pin swings on spring and contact, and may come to rest in each period: steps are then counted
     # as periods at least, which is a bound from above (2e7 rests were seen in 5e8 periods).
-    damped = estimate_sizes(case).stiffness + drive.spring_stiffness * (1.0 - drive.damping_ratio**2)
-    rests = drive_duration(drive, case) * math.sqrt(max(damped, 0.0)) / (2.0 * math.pi)
-    steps = min(max(drive_steps(drive, case), rests if drive.profile == "sawtooth" else 0.0), drive.step_limit)
-    sampled = STEP * (steps + 50.0 * min(drive.output_times, MOST_FITTED_SAMPLES))
+    if drive.profile == "sawtooth":
+        damped = sizes.stiffness + drive.spring_stiffness * (1.0 - drive.damping_ratio**2)
+        rests = duration * math.sqrt(max(damped, 0.0)) / (2.0 * math.pi)
+        steps = max(steps, rests)
+    samples = min(drive.output_times, MOST_FITTED_SAMPLES)
+    sampled = STEP * (min(steps, drive.step_limit) + 50.0 * samples)
+    # A stage to and fro has neither a fit nor a critical velocity.
     of_one_way = 0.0 if drive.stage_stroke is not None else CRITICAL_SECONDS * critical + FIT * fitted
     return contact + of_one_way + sampled
 
@@ -267,11 +304,16 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
 
 FLOAT: Final = 8.0
 """Bytes of a number."""
-_SYSTEMS = 3.4  # copies of its matrix that a contact holds at once
-_ON_A_PLANE = 2.5  # the same on a plane of nodes: no matrix is kept, but a base of tableaus
-_CONVOLVED = 40.0  # numbers for each surface node while a contact is looked for without a matrix
-_EVENT = 65.0  # bytes of an event in a record
-_FIELDS = 16.0  # fields over the surface while a pin slides: places, forces, displacements, their changes
+# Copies of its matrix that a contact holds at once.
+_SYSTEMS = 3.4
+# Copies on a plane of nodes: no matrix is kept, but a base of tableaus.
+_ON_A_PLANE = 2.5
+# Numbers for each surface node while a contact is looked for without a matrix.
+_CONVOLVED = 40.0
+# Bytes of an event in a record.
+_EVENT = 65.0
+# Fields over the surface while a pin slides: places, forces, displacements, their changes.
+_FIELDS = 16.0
 
 
 def contact_bytes(case: Case) -> float:
@@ -287,18 +329,20 @@ def _systems(case: Case) -> float:
 
 def sliding_bytes(case: Case) -> float:
     """Memory while sliding on from initial contact, without the record itself."""
-    wide = 2.0 * case.slab.nodes
+    unknowns = 2.0 * case.slab.nodes
     sliding = _tableau_entries(case) if case.effects.pin_translation else estimate_sizes(case).nodes
     entries = max(_touch_entries(case), sliding)
-    anew = case.effects.pin_translation and not (case.effects.coupling or case.slab.scheme.endless)  # the compliance
-    whole = wide * (wide if anew else _FIELDS)
+    # Without coupling a compliance that is a matrix is made anew.
+    is_copied = case.effects.pin_translation and not (case.effects.coupling or case.slab.scheme.endless)
+    whole = unknowns * (unknowns if is_copied else _FIELDS)
     return FLOAT * (_systems(case) * entries**2 + whole)
 
 
 def record_bytes(case: Case) -> float:
     """Room for the events, which doubles as they come, and the record made of them."""
     events = estimate_sizes(case).events
-    return _EVENT * max(min(FIRST_CAPACITY, float(case.max_events or FIRST_CAPACITY)) + events, 2.5 * events)
+    first = min(FIRST_CAPACITY, float(case.max_events or FIRST_CAPACITY))
+    return _EVENT * max(first + events, 2.5 * events)
 
 
 # Cost of a task, whatever its kind.
@@ -314,4 +358,6 @@ def estimate(task: Task) -> tuple[float, float, float]:
     """Rough cost of a task, with distribution, reading and writing: seconds, bytes of memory, bytes of its result."""
     seconds, memory, numbers = KINDS[task.kind].estimate(task)
     disk = RESULT + FLOAT * (0.0 if task.scalars_only else numbers)
-    return 0.0 if task.free else min(TASK + seconds, LONGEST), memory, disk
+    if task.free:
+        return 0.0, memory, disk
+    return min(TASK + seconds, LONGEST), memory, disk

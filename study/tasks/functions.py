@@ -43,13 +43,17 @@ def evaluate(observables: Sequence[Observable], members: Sequence[Arguments | No
     for number in observables:
         values, failures = [], []
         for arguments in members:
+            value = math.nan
             try:
-                value = math.nan if arguments is None else _finite_or_nan(load(number)(*arguments))
+                if arguments is not None:
+                    function = load(number)
+                    value = _finite_or_nan(function(*arguments))
+            # Out of memory the task is computed again alone, with all of its numbers.
             except MemoryError:
                 raise
+            # A user's function may raise anything, or end the program by sys.exit: it costs this number alone.
             except (Exception, SystemExit) as error:
                 failures.append(error)
-                value = math.nan
             values.append(value)
         scalars[number.name] = values
         if failures:
@@ -61,6 +65,7 @@ def evaluate(observables: Sequence[Observable], members: Sequence[Arguments | No
 
 def _finite_or_nan(given: Any) -> float:
     """A function's value as a number; NaN is how it says that there is none. Raises ValueError for anything else."""
+    # numpy returns arrays without a dimension, and numbers of its own that are no `Real`.
     value = given.item() if getattr(given, "ndim", None) == 0 else given
     if not isinstance(value, numbers.Real):
         raise ValueError(f"needs to be a number, and is a {type(value).__name__}")
@@ -71,10 +76,12 @@ def _finite_or_nan(given: Any) -> float:
 
 def describe_error(error: BaseException, number: Observable) -> str:
     """Kind and text of an error, and the line of the user's file where it arose; the same in every process."""
-    said = _ADDRESS.sub("0x…", str(error))
-    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == number.file]
+    kind, text = type(error).__name__, _ADDRESS.sub("0x…", str(error))
+    frames = traceback.extract_tb(error.__traceback__)
+    # The innermost line of the user's file: frames below it are in numpy, those above it in this program.
+    lines = [frame.lineno for frame in frames if frame.filename == number.file]
     place = f" ({Path(number.file).name}, line {lines[-1]})" if lines else ""
-    return f"{type(error).__name__}{': ' if said else ''}{said}{place}"
+    return f"{kind}: {text}{place}" if text else f"{kind}{place}"
 
 
 _ADDRESS: Final = re.compile(r"\b0x[0-9a-fA-F]+")
@@ -86,9 +93,8 @@ def load(number: Observable) -> Callable[..., Any]:
     """The function of a number: that of a caller, or what its text defines, which is executed here. Raises what that raises."""
     if number.function is not None:
         return number.function
-    function: Callable[..., Any] = getattr(
-        _execute(number.module, number.file, number.text, number.sha256), number.name
-    )
+    module = _execute(number.module, number.file, number.text, number.sha256)
+    function: Callable[..., Any] = getattr(module, number.name)
     return function
 
 
@@ -97,9 +103,12 @@ def _execute(name: str, file: str, text: str, sha256: str) -> ModuleType:
     """The module that a text is, under a name that no other has: a changed text is another module."""
     module = ModuleType(f"{name}_{sha256}")
     module.__file__ = file
-    sys.modules[module.__name__] = module  # where dataclasses look for it
+    # The imports from __future__ of this file are not the user's.
+    code = compile(text, file, "exec", dont_inherit=True)
+    # Dataclasses look up the module of a class there while its body runs.
+    sys.modules[module.__name__] = module
     try:
-        exec(compile(text, file, "exec", dont_inherit=True), module.__dict__)
+        exec(code, module.__dict__)
     except BaseException:
         del sys.modules[module.__name__]
         raise
@@ -120,6 +129,7 @@ def load_all(manifest: Manifest) -> None:
 
 def _load_need(number: Observable) -> str:
     """Load a number; returns what it needs if it does not load."""
+    # A function of Python brings what it needs; of a file nothing but its text decides the key of a result.
     need = "" if number.function else _one_file_need(Path(number.file), number.text)
     if need:
         return need
@@ -133,7 +143,8 @@ def _load_need(number: Observable) -> str:
 def _one_file_need(file: Path, text: str) -> str:
     """Requirement on a source that imports a file beside it; empty for any other."""
     for module in _imported_modules(text):
-        if any(path.exists() for path in (file.with_name(f"{module}.py"), file.with_name(module) / "__init__.py")):
+        as_file, as_package = file.with_name(f"{module}.py"), file.with_name(module) / "__init__.py"
+        if as_file.exists() or as_package.exists():
             return f"all in {file.name}: it imports {module}, a file beside it, whose changes nobody would notice"
     return ""
 
@@ -142,9 +153,11 @@ def _imported_modules(text: str) -> Iterator[str]:
     """Packages and modules that a source imports, by the first part of their names."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
-            yield from (each.name.partition(".")[0] for each in node.names)
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        # `from . import other` has no module, but a name.
         elif isinstance(node, ast.ImportFrom):
-            yield (node.module or node.names[0].name).partition(".")[0]
+            name = node.module or node.names[0].name
+            yield name.partition(".")[0]
 
 
 # Functions that a caller of Python gives.
@@ -162,16 +175,20 @@ def read_functions(functions: Mapping[str, Callable[..., Any]], apart: bool) -> 
 
 def _read_function(name: str, function: Callable[..., Any], apart: bool) -> Observable:
     key = f"{KEY}[{name!r}]"
-    require(key, function, isinstance(name, str) and name.isidentifier() and name.isascii(), "a name, as largest_drop")
+    is_name = isinstance(name, str) and name.isidentifier() and name.isascii()
+    require(key, function, is_name, "a name, as largest_drop")
     require(key, function, inspect.isfunction(function), "a function, by def or lambda")
-    require(key, function, not apart or _is_importable(function), APART.format(name=name))
+    # Other processes get a function by its module and name: one of a notebook or an interpreter is in this process alone.
+    is_found = not apart or _is_importable(function)
+    require(key, function, is_found, APART.format(name=name))
     text, driven = _source(function), _is_driven(function)
     require(key, function, bool(text), SOURCE)
     if driven is None:
         raise InvalidInput(key, function, PARAMETERS)
-    docstring = explain_docstring(function.__doc__, name)
+    meaning, comment = explain_docstring(function.__doc__, name)
     module, own_name = function.__module__, function.__qualname__
-    return Observable(name, own_name, module, *docstring, driven, text, function.__code__.co_filename, function)
+    file = function.__code__.co_filename
+    return Observable(name, own_name, module, meaning, comment, driven, text, file, function)
 
 
 def _is_importable(function: Callable[..., Any]) -> bool:
@@ -182,17 +199,21 @@ def _is_importable(function: Callable[..., Any]) -> bool:
 
 def _source(function: Any) -> str:
     """Source of a function's file, or of the function where it is in none, and values that it brings; empty if unknown."""
-    brought = repr((inspect.getclosurevars(function).nonlocals, function.__defaults__, function.__kwdefaults__))
+    # The same text with another value in its closure or a default is another function, with other results.
+    enclosed = inspect.getclosurevars(function).nonlocals
+    values = repr((enclosed, function.__defaults__, function.__kwdefaults__))
     module: Any = sys.modules.get(function.__module__)
+    # The whole file first, as a function may call others of it; in a notebook each cell is known by itself.
     for place in (module, function):
         with suppress(OSError, TypeError):
-            return inspect.getsource(place) + brought
+            return inspect.getsource(place) + values
     return ""
 
 
 def _is_driven(function: Callable[..., Any]) -> bool | None:
     """True or False as `is_driven`, by a function's signature."""
-    given = inspect.signature(function).parameters.values()
-    needed = [each for each in given if each.default is each.empty]
-    positional = [each for each in needed if each.kind in (each.POSITIONAL_ONLY, each.POSITIONAL_OR_KEYWORD)]
-    return is_driven(len(positional), refused=any(each.kind is each.KEYWORD_ONLY for each in needed))
+    parameters = inspect.signature(function).parameters.values()
+    kinds = [parameter.kind for parameter in parameters if parameter.default is parameter.empty]
+    both_ways = {inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD}
+    positional = [kind for kind in kinds if kind in both_ways]
+    return is_driven(len(positional), refused=inspect.Parameter.KEYWORD_ONLY in kinds)

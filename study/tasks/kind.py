@@ -94,7 +94,9 @@ class Member:
 
     def part(self, kind: type[PartOfResult]) -> PartOfResult | None:
         """The value of a part; None if the member lacks it."""
-        return next((each for each in self.values if type(each) is kind), None)
+        # The very type: a record of a path is also a friction record, but another part.
+        values = (value for value in self.values if type(value) is kind)
+        return next(values, None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,17 +186,25 @@ def result_quantities(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
     Along MEMBER: how it ended, and the scalars whose means have an uncertainty.
     """
     if along == MEMBER:
-        scalars = ((name, each) for name, each in result_quantities(kind).items() if each.ensemble)
-        own = {name: replace(each, along=MEMBER, ensemble=False, si=None) for name, each in scalars}
-        return {MEMBER_OUTCOME.name: MEMBER_OUTCOME, **own}
-    found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
-    return {key: quantity for key, quantity in found if quantity.along == along}
+        numbers = {MEMBER_OUTCOME.name: MEMBER_OUTCOME}
+        for name, stated in result_quantities(kind).items():
+            # A number of one member has no ± of its own, and its mean is what is given in SI, too.
+            if stated.ensemble:
+                numbers[name] = replace(stated, along=MEMBER, ensemble=False, si=None)
+        return numbers
+    every: dict[str, Quantity] = {}
+    for part in kind.parts:
+        every |= quantities(part.type, part.prefix)
+    return {name: stated for name, stated in every.items() if stated.along == along}
 
 
 def names_to_drop(kind: Kind, manifest: Manifest) -> frozenset[str]:
     """Names of the scalars and arrays of a kind's parts that a campaign does not request."""
-    parts = (part for part in kind.parts if not part.wanted(manifest))
-    return frozenset(name for part in parts for name in quantities(part.type, part.prefix))
+    names: set[str] = set()
+    for part in kind.parts:
+        if not part.wanted(manifest):
+            names |= quantities(part.type, part.prefix).keys()
+    return frozenset(names)
 
 
 OWN: Final = {"observables": False, "drive_observables": True}
@@ -203,7 +213,7 @@ OWN: Final = {"observables": False, "drive_observables": True}
 
 def own_quantities(kind: str, manifest: Manifest) -> dict[str, Quantity]:
     """Name of each of a campaign's own numbers among a kind's results -> its declaration."""
-    return {each.name: own_quantity(each) for each in own_numbers(kind, manifest)}
+    return {number.name: own_quantity(number) for number in own_numbers(kind, manifest)}
 
 
 def own_quantity(number: Observable) -> Quantity:
@@ -214,7 +224,8 @@ def own_quantity(number: Observable) -> Quantity:
 
 def own_numbers(kind: str, manifest: Manifest) -> tuple[Observable, ...]:
     """A campaign's own numbers among a kind's results."""
-    return tuple(each for each in manifest.observables if each.driven is OWN.get(kind))
+    # `is`: any other kind gives None, which is not False.
+    return tuple(number for number in manifest.observables if number.driven is OWN.get(kind))
 
 
 def has_own_numbers(kind: str) -> Callable[[Manifest], bool]:
@@ -239,14 +250,16 @@ def output(*names: str) -> Callable[[Manifest], bool]:
 
 def uncertain_names(kind: Kind) -> frozenset[str]:
     """The variables of a kind's results whose means have an uncertainty."""
-    return frozenset(each.name for each in result_quantities(kind).values() if each.ensemble)
+    return frozenset(stated.name for stated in result_quantities(kind).values() if stated.ensemble)
 
 
-@lru_cache(maxsize=64)  # asked for every case of a campaign
+# Kept, as it is asked for with every case of a campaign.
+@lru_cache(maxsize=64)
 def own_ensemble(kind: str, ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
     """The ensemble of the tasks of this kind in a campaign with this ensemble, and its canonical text."""
-    found = ensemble.select_observables(uncertain_names(KINDS[kind]))
-    return found, CanonicalText(canonical_text(found))
+    # A target of drives does not decide how many contacts are computed: the key of a contact must not change with it.
+    of_kind = ensemble.select_observables(uncertain_names(KINDS[kind]))
+    return of_kind, CanonicalText(canonical_text(of_kind))
 
 
 def column_length_name(sample: str) -> str:
@@ -257,10 +270,12 @@ def column_length_name(sample: str) -> str:
 def member_column(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArray[Any]:
     """A member's column along a dimension."""
     whole, rows = result.arrays[name], result.scalars.get(column_length_name(sample))
+    # Without lengths the column is the first member's alone.
     if rows is None:
         return whole
     begin = int(sum(rows[:member]))
-    return whole[begin : begin + int(rows[member])]
+    end = begin + int(rows[member])
+    return whole[begin:end]
 
 
 def member_task(
@@ -325,11 +340,14 @@ def result_names(kind: Kind) -> tuple[PartContents, ...]:
 
 def _contents_of_part(part: Part) -> PartContents:
     declared = quantities(part.type, part.prefix)
-    columns = {name: each.along for name, each in declared.items() if each.along}
+    columns = {name: stated.along for name, stated in declared.items() if stated.along}
     scalars = declared.keys() - columns
     shared = {f"{name}{SHARED_ERROR}" for name in scalars if declared[name].shared}
-    every = {f"{part.prefix}{item.name}" for item in fields(part.type) if item.name != ENDING_FIELD}
-    return PartContents(frozenset(scalars | shared), columns, frozenset(every - declared.keys() if part.whole else ()))
+    undeclared: set[str] = set()
+    if part.whole:
+        every = {f"{part.prefix}{item.name}" for item in fields(part.type) if item.name != ENDING_FIELD}
+        undeclared = every - declared.keys()
+    return PartContents(frozenset(scalars | shared), columns, frozenset(undeclared))
 
 
 ENDING_FIELD: Final = "outcome"
@@ -345,13 +363,17 @@ def as_declared(result: TaskResult) -> TaskResult:
         raise ValueError(f"{result.kind!r}: no kind of task")
     kind, members = KINDS[result.kind], _member_count(result)
     names = result.scalars.keys() | result.arrays.keys()
+    # A part of which nothing is there was not requested: only what is partly there lacks numbers.
     parts = [part for part in result_names(kind) if part.is_held(names)]
     if not parts and result_names(kind) and result.outcome.ok:
         raise ValueError("completed without numbers")
     if members:
-        declared = {name for part in parts for name in part.scalars}
-        missing = {name: [math.nan] * members for name in sorted(declared - result.scalars.keys())}
-        result = replace(result, scalars={**result.scalars, **missing}) if missing else result
+        declared: set[str] = set().union(*(part.scalars for part in parts))
+        # Sorted, as sets have another order in each process, and results the same bytes.
+        missing = sorted(declared - result.scalars.keys())
+        if missing:
+            no_numbers = {name: [math.nan] * members for name in missing}
+            result = replace(result, scalars={**result.scalars, **no_numbers})
     _require_arrays(kind, parts, members, result)
     return result
 
@@ -359,7 +381,11 @@ def as_declared(result: TaskResult) -> TaskResult:
 def _member_count(result: TaskResult) -> int:
     """Number of members, 0 without scalars. Raises ValueError unless each scalar is a number of each member."""
     columns = list(result.scalars.values())
-    counts = {len(column) for column in columns} | ({len(result.members)} - {0})
+    counts = {len(column) for column in columns}
+    # No outcomes means that all members ended alike.
+    if result.members:
+        counts.add(len(result.members))
+    # What comes from a file may be anything that JSON can hold.
     plain = all({*map(type, column)} <= {int, float, bool} for column in columns)
     if not plain or len(counts) > 1 or 0 in counts:
         raise ValueError("scalars that are not one number of each member")
@@ -369,19 +395,26 @@ def _member_count(result: TaskResult) -> int:
 def _require_arrays(kind: Kind, parts: Iterable[PartContents], members: int, result: TaskResult) -> None:
     """Raise ValueError unless there are no arrays, or all of each part, as long as each other along a dimension."""
     arrays, scalars = result.arrays, result.scalars
-    if any(each.dtype.kind not in "biuf" for each in arrays.values()):
+    if any(array.dtype.kind not in "biuf" for array in arrays.values()):
         raise ValueError("an array of something else than numbers")
     if result.outcome.ok:
         kind.require_arrays(result)
-    for part in parts if arrays else ():
-        if lost := (part.columns.keys() | part.undeclared) - arrays.keys() - scalars.keys():
-            raise ValueError(f"without {', '.join(sorted(lost))}")
+    # A result of scalars alone has no arrays; of those that it has, a missing column would shift those of other members.
+    if not arrays:
+        return
+    for part in parts:
+        missing = (part.columns.keys() | part.undeclared) - arrays.keys() - scalars.keys()
+        if missing:
+            raise ValueError(f"without {', '.join(sorted(missing))}")
+        # Without lengths all columns along a dimension are as long as the first one.
+        lengths: dict[str, tuple[int, ...]] = {}
         for name, sample in part.columns.items():
             rows = scalars.get(column_length_name(sample), ())
             if kind.all_members and members > 1 and not rows:
                 raise ValueError(f"without {column_length_name(sample)}")
-            first = next(arrays[each].shape for each, along in part.columns.items() if along == sample)
-            if arrays[name].shape != ((sum(rows),) if rows else first) or arrays[name].ndim != 1:
+            shape = arrays[name].shape
+            needed = (sum(rows),) if rows else lengths.setdefault(sample, shape)
+            if shape != needed or len(shape) != 1:
                 raise ValueError(f"{name} has another length along {sample}")
 
 

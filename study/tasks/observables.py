@@ -48,5 +48,6 @@ KIND: Final = Kind(
     tasks=_tasks,
     estimate=estimate_reading,
     compute=_compute,
-    miniature=small_record,  # they run no kernel beside the record's
+    # They run no kernel beside the record's.
+    miniature=small_record,
 )

@@ -85,7 +85,8 @@ KIND: Final = Kind(
     tasks=_tasks,
     estimate=_estimate,
     compute=_compute,
-    miniature=small_record,  # its legs run the kernels of a record
+    # Its legs run the kernels of a record.
+    miniature=small_record,
     parts=(Part(Validity), Part(Loops), Part(Turns, "leg_"), Part(PathLine, "path_")),
     ragged=(
         Ragged("path", "turn", "turn_row_size", output("records")),

@@ -60,9 +60,11 @@ def record_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = 
     return _record(case, ensemble, scalars_only)
 
 
-@lru_cache(maxsize=4)  # asked again by each of its drives
+# Each drive of a case asks for it again; a plan goes case by case, so that few are enough.
+@lru_cache(maxsize=4)
 def _record(case: Case, ensemble: Ensemble, scalars_only: bool) -> Task:
-    contacts = (batch.key for batch in all_batches(case, own_ensemble("record", ensemble)[0]))
+    of_records, _ = own_ensemble("record", ensemble)
+    contacts = (batch.key for batch in all_batches(case, of_records))
     needs = (*compliance_needs(case.slab), *contacts)
     return member_task("record", record_parameters(case), case, ensemble, needs, scalars_only=scalars_only)
 
@@ -78,7 +80,10 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     kept = manifest.outputs.records
     if kept or not shared:
         record = record_task(case, manifest.ensemble, scalars_only=not kept)
-        return (Wanted(replace(record, shared=True) if shared else record),)
+        if shared:
+            record = replace(record, shared=True)
+        return (Wanted(record),)
+    # The whole record is dropped once all have read it; its scalars are a result of their own, that stays.
     record = replace(record_task(case, manifest.ensemble), intermediate=True, shared=True)
     return Wanted(record), Wanted(record_scalars_task(record))
 
@@ -90,6 +95,7 @@ PER_EVENT = 9.0  # numbers of a record
 
 def _estimate(task: Task) -> Estimate:
     case, members = task_case(task), task.ensemble.likely
+    # The contacts of an interface are tasks of their own: here they are only added up.
     if case.interface.contacts > 1:
         numbers = members * PER_EVENT * PIECES
         inputs = members * len(batches(case.interface.contacts)) * PORTION
@@ -97,7 +103,9 @@ def _estimate(task: Task) -> Estimate:
     if task.free:
         return Estimate(0.0, 0.0)
     numbers = members * (PER_EVENT * estimate_sizes(case).events + 2.0 * case.slab.nodes)
-    seconds, memory = RECORD_SECONDS + record_seconds(case), sliding_bytes(case) + members * record_bytes(case)
+    seconds = RECORD_SECONDS + record_seconds(case)
+    # Members slide one after the other, but all of their records are kept until the last has ended.
+    memory = sliding_bytes(case) + members * record_bytes(case)
     return Estimate(members * seconds, memory, numbers)
 
 
@@ -110,8 +118,10 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
     def compute_coarse(case: Case, coarse: "Compliance") -> Member:
         return compute_record(case, coarse, task.ensemble, {})
 
-    alone = task_case(task).interface.contacts == 1  # else its contacts would be computed one after the other
-    return Computed(compute_members(task, compute, coarse=compute_coarse if alone else None))
+    # Twice the node spacing has no batches of contacts: a coarse interface would slide one contact after the other here.
+    is_single = task_case(task).interface.contacts == 1
+    coarse = compute_coarse if is_single else None
+    return Computed(compute_members(task, compute, coarse=coarse))
 
 
 Recorded = tuple[FrictionRecord, Plateau]
@@ -126,15 +136,21 @@ def compute_record(case: Case, compliance: "Compliance", places: Ensemble, input
     from nanoslip.solver.sliding.slider import portion, slider  # noqa: PLC0415
 
     if case.interface.contacts > 1:
-        tasks = list(member_batches(case, places))
-        there = (whole_again(Portion, inputs[task.key]) if task.key in inputs else None for task in tasks)
-        each = zip(there, tasks, strict=True)
-        found = slider(case, (one or portion(case, compliance, *task.contacts, places) for one, task in each))
-        plateau = plateau_of(found.record)
-        together = collective(found.record, plateau, found.bound, found.lost)
-        values: tuple[object, ...] = (found.validity, plateau, found.statistics, found.record, together)
-        halves = numbers_of_half(found.record, plateau)
-        return Member(values, plateau.outcome.adding(found.record.outcome), plateau=plateau, halves=halves)
+
+        def batch_portion(batch: Task) -> Portion:
+            # A batch that no task has computed is computed here: outside of a campaign nothing else does.
+            if batch.key in inputs:
+                return whole_again(Portion, inputs[batch.key])
+            return portion(case, compliance, *batch.contacts, places)
+
+        # Made one after the other, as `slider` adds each up and drops it.
+        sum_of_contacts = slider(case, map(batch_portion, member_batches(case, places)))
+        record = sum_of_contacts.record
+        plateau = plateau_of(record)
+        together = collective(record, plateau, sum_of_contacts.bound, sum_of_contacts.lost)
+        values: tuple[object, ...] = (sum_of_contacts.validity, plateau, sum_of_contacts.statistics, record, together)
+        halves = numbers_of_half(record, plateau)
+        return Member(values, plateau.outcome.adding(record.outcome), plateau=plateau, halves=halves)
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
@@ -142,35 +158,37 @@ def compute_record(case: Case, compliance: "Compliance", places: Ensemble, input
     across = RowsOfRecord(record.node_y) if case.slab.scheme.planar else None
     values = (valid, plateau, event_statistics(record), record, collective(record, plateau), across)
     node = stiffness_of_node(compliance, start.contact) if start.outcome.ok else 0.0
+    # A record that failed says why; that it has no plateau follows from it.
     outcome = plateau.outcome if record.outcome.ok else record.outcome
     return Member(values, outcome, plateau=plateau, node=node, halves=numbers_of_half(record, plateau))
 
 
 def record_of_member(case: Case, compliance: "Compliance", ensemble: Ensemble, number: int) -> FrictionRecord:
     """The record of a case's member, by the member's number. Raises SolverError if there is none."""
-    return next(
-        value
-        for value in compute_record(ensemble.case(case, number), compliance, ensemble, {}).values
-        if isinstance(value, FrictionRecord)
-    )
+    member = compute_record(ensemble.case(case, number), compliance, ensemble, {})
+    return next(value for value in member.values if isinstance(value, FrictionRecord))
 
 
 def numbers_of_half(record: FrictionRecord, plateau: Plateau) -> dict[str, float]:
     """Numbers that the length of a record decides, over its first half. plateau: of all of it, over which peaks are stated."""
     half = record.first_half
     peak = half.highest_force / half.normal_load if half.final_displacement > 0.0 else math.nan
-    excess, fluctuation = collective(half, plateau).static_excess, collective(half, plateau_of(half)).fluctuation
+    excess = collective(half, plateau).static_excess
+    # A fluctuation is about the mean of the same displacements.
+    fluctuation = collective(half, plateau_of(half)).fluctuation
     return {"peak_friction": peak, "static_excess": excess, "fluctuation": fluctuation}
 
 
-@cache_last  # records are pulled over by one drive after the other
+# One drive after the other is pulled over the same records.
+@cache_last
 def member_records(result: TaskResult) -> list[Recorded]:
     """The records of all members."""
-    count = len(result.scalars["plateau_mean"])
-    return [
-        (whole_again(FrictionRecord, result, number), whole_again(Plateau, result, number, Plateau.PREFIX))
-        for number in range(count)
-    ]
+    members = []
+    for number in range(len(result.scalars["plateau_mean"])):
+        record = whole_again(FrictionRecord, result, number)
+        plateau = whole_again(Plateau, result, number, Plateau.PREFIX)
+        members.append((record, plateau))
+    return members
 
 
 def small_record(task: Task) -> tuple[Task, ...]:
@@ -180,6 +198,7 @@ def small_record(task: Task) -> tuple[Task, ...]:
 
 
 def _has_records(manifest: Manifest) -> bool:
+    # A path replaces the record of its case, unless drives or statistics need that as well.
     return "slip" in manifest.stages and (not manifest.paths or _is_read_by_others(manifest))
 
 

@@ -70,23 +70,29 @@ def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     outputs = manifest.outputs
     first = manifest.ensemble.case(case, 0)
-    return (Wanted(states_task(first, outputs.tractions_at or (0,), outputs.subsurface)),)
+    # The inside alone is that at initial contact.
+    events = outputs.tractions_at or (0,)
+    return (Wanted(states_task(first, events, outputs.subsurface)),)
 
 
-_INNER = 4500.0  # numbers for each surface node when the inside of the slab is solved for
+# Numbers for each surface node when the inside of the slab is solved for.
+_INNER = 4500.0
 
 
 def _estimate(task: Task) -> Estimate:
     """A record up to the last of its events; solving for the inside of the slab takes as long as condensing it."""
     case, slab = task_case(task), task.slab
+    count = len(task.events)
     last = min(float(max(task.events)), estimate_sizes(case).events)
-    seconds = touch_seconds(case) + (slide_seconds(case, last) if last else 0.0)
-    memory = sliding_bytes(case) if last else contact_bytes(case)
+    seconds, memory = touch_seconds(case), contact_bytes(case)
+    if last:
+        seconds += slide_seconds(case, last)
+        memory = sliding_bytes(case)
     if not task.subsurface:
-        return Estimate(seconds, memory, 6.0 * len(task.events) * slab.nodes)
-    inside = len(task.events) * condensation_seconds(slab)
+        return Estimate(seconds, memory, 6.0 * count * slab.nodes)
+    inside = count * condensation_seconds(slab)
     memory = max(memory, FLOAT * _INNER * slab.n_x)
-    return Estimate(seconds + inside, memory, 70.0 * len(task.events) * slab.n_x)
+    return Estimate(seconds + inside, memory, 70.0 * count * slab.n_x)
 
 
 def _compute(task: Task, inputs: Inputs) -> Computed:
@@ -96,16 +102,21 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
     states, outcome = states_at(task_case(task), compliance, task.events)
     if not states:
         return Computed((Member((), outcome),))
+    # A record may end before the last of the events: then there are fewer states than events.
+    events = task.events[: len(states)]
     beside: tuple[object, ...] = ()
     if states[0].rows > 1:
-        beside = (RowsOfContact(np.concatenate([state.y for state in states])),)
+        across = np.concatenate([state.y for state in states])
+        beside = (RowsOfContact(across),)
     if task.subsurface:
-        from nanoslip.solver.elasticity.interior import interior_fields  # noqa: PLC0415  few campaigns look inside
+        # Few campaigns look inside.
+        from nanoslip.solver.elasticity.interior import interior_fields  # noqa: PLC0415
 
         parts = [interior_fields(task.slab, state.nodal_force) for state in states]
-        events = np.repeat(task.events[: len(states)], [len(each.x) for each in parts])
-        beside = (InteriorEvents(events), InteriorFields(**_columns(InteriorFields, parts)))
-    event = np.repeat(task.events[: len(states)], len(states[0].x))
+        interior_events = np.repeat(events, [len(part.x) for part in parts])
+        interior = InteriorFields(**_columns(InteriorFields, parts))
+        beside = (InteriorEvents(interior_events), interior)
+    event = np.repeat(events, len(states[0].x))
     surfaces = SurfaceStates(**_columns(SurfaceStates, states), event=event)
     return Computed((Member((surfaces, *beside), outcome),))
 
@@ -122,7 +133,8 @@ KIND: Final = Kind(
     tasks=_tasks,
     estimate=_estimate,
     compute=_compute,
-    miniature=small_record,  # its contacts are those of a record
+    # Its contacts are those of a record.
+    miniature=small_record,
     parts=(
         Part(SurfaceStates, "surface_"),
         Part(InteriorEvents, "interior_"),

@@ -27,7 +27,8 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
 STATISTICS_SECONDS: Final = 0.04
 """Time to fit the distributions of event sizes to drawn samples, over the cube root of their number, all members together: 0.3 s
 for 400 events, 1.0 for 20,000 and 2.5 for 160,000."""
-_OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
+# Numbers for each event while its sizes are fitted.
+_OF_A_SIZE = 25.0
 
 
 def _estimate(task: Task) -> Estimate:
@@ -45,7 +46,8 @@ KIND: Final = Kind(
     tasks=_tasks,
     estimate=_estimate,
     compute=_compute,
-    miniature=small_record,  # it runs no kernel beside its record's
+    # It runs no kernel beside its record's.
+    miniature=small_record,
     parts=(Part(EventDistributions, whole=True), Part(SizeBins)),
     ragged=(Ragged("event_sizes", "bin", "bins", output("statistics")),),
 )

@@ -18,7 +18,7 @@ from nanoslip.solver.parameter import declared
 from nanoslip.solver.slab import Scheme, Slab
 from nanoslip.study.canonical import Texts, content_hash
 from nanoslip.study.manifest.observables import Observable
-from nanoslip.study.manifest.parameters import Value, names_by_word, words_by_name
+from nanoslip.study.manifest.parameters import Value, words_by_name
 from nanoslip.study.origin import Origins
 
 Label = tuple[tuple[str, ...], tuple[Value | None, ...]]
@@ -92,12 +92,17 @@ class Task:
     @property
     def label(self) -> str:
         """Label for humans, in the words of a manifest."""
-        pairs = zip(self.names, self.values, strict=True)
-        given = {words_by_name().get(name, name): label_value(value) for name, value in pairs if value is not None}
-        return " ".join((self.kind, *(f"{word}={value}" for word, value in given.items())))
+        words = words_by_name()
+        given: dict[str, str] = {}
+        for name, value in zip(self.names, self.values, strict=True):
+            if value is not None:
+                given[words.get(name, name)] = label_value(value)
+        entries = [f"{word}={text}" for word, text in given.items()]
+        return " ".join([self.kind, *entries])
 
 
-_CONTENT = attrgetter(*itertools.takewhile(lambda name: name != "cost", (item.name for item in fields(Task))))
+_FIELDS: Final = tuple(item.name for item in fields(Task))
+_CONTENT = attrgetter(*_FIELDS[: _FIELDS.index("cost")])
 """Fields of a task that are not the plan's; faster than `replace`, for millions of tasks."""
 
 
@@ -220,7 +225,11 @@ OF_PATH = (
 
 def ineffective_parameters(case: Case, exclusions: tuple[Exclusion, ...] = OF_ALL) -> frozenset[str]:
     """Names of the parameters of a case that change no result."""
-    return _all_parameters(tuple([name for each in exclusions if each.where(case) for name in each.names]))
+    names: list[str] = []
+    for exclusion in exclusions:
+        if exclusion.where(case):
+            names += exclusion.names
+    return _all_parameters(tuple(names))
 
 
 def idle(cases: Sequence[Case], given: Collection[str], contact_alone: bool) -> Iterator[str]:
@@ -228,21 +237,28 @@ def idle(cases: Sequence[Case], given: Collection[str], contact_alone: bool) -> 
 
     contact_alone: whether nothing slides.
     """
-    known_as = {name: word for word, name in names_by_word().items()}
-    for each in OF_CONTACT if contact_alone else OF_ALL:
-        names = [name for field in each.names for name in _parameters(field) if name in given]
-        if names and cases and all(map(each.where, cases)):
-            yield from (f"{known_as[name]} changes nothing here: {each.reason}" for name in names)
+    # Without a case every exclusion would hold, of none of them.
+    if not cases:
+        return
+    words = words_by_name()
+    for exclusion in OF_CONTACT if contact_alone else OF_ALL:
+        parameters = itertools.chain.from_iterable(map(_parameters, exclusion.names))
+        names = [name for name in parameters if name in given]
+        if names and all(map(exclusion.where, cases)):
+            yield from (f"{words[name]} changes nothing here: {exclusion.reason}" for name in names)
 
 
-@lru_cache(maxsize=256)  # asked for every case of a campaign
+# Kept, as it is asked for with every case of a campaign.
+@lru_cache(maxsize=256)
 def _all_parameters(names: tuple[str, ...]) -> frozenset[str]:
     return frozenset(itertools.chain.from_iterable(_parameters(name) for name in names))
 
 
 def _parameters(name: str) -> tuple[str, ...]:
     """Parameters in a field of a case: all of a part, or a single one."""
-    return tuple(declared(PARTS[name])) if name in PARTS else (name.rpartition(".")[2],)
+    if name in PARTS:
+        return tuple(declared(PARTS[name]))
+    return (name.rpartition(".")[2],)
 
 
 def task_key(kind: str, *content: object) -> str:
@@ -279,13 +295,18 @@ _CONTACTS, _RECORDS, _PATHS = map(deciding_texts, (OF_CONTACT, OF_RECORD, OF_PAT
 def deciding_fields(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]:
     """Fields of a case and its parts by dotted name, without the excluded fields. Raises KeyError for unknown
     exclusions."""
-    found = dict(list_dotted_fields(case))
-    apart = {name for each in exclusions if each.where(case) for name in each.names}
-    under = {name: _fields_under(name, found) for name in apart}
-    if unknown := [name for name, fields in under.items() if not fields]:
-        raise KeyError(f"{', '.join(unknown)}: no field of a case")
-    left_out = set(itertools.chain.from_iterable(under.values()))
-    return {name: value for name, value in found.items() if name not in left_out}
+    every = dict(list_dotted_fields(case))
+    left_out: set[str] = set()
+    for exclusion in exclusions:
+        if not exclusion.where(case):
+            continue
+        for name in exclusion.names:
+            excluded = _fields_under(name, every)
+            # A field that was renamed would count again, unnoticed, and give equal cases different keys.
+            if not excluded:
+                raise KeyError(f"{name}: no field of a case")
+            left_out.update(excluded)
+    return {name: value for name, value in every.items() if name not in left_out}
 
 
 def _fields_under(name: str, fields: Iterable[str]) -> list[str]:
@@ -298,6 +319,7 @@ def list_dotted_fields(value: Any, prefix: str = "") -> Iterator[tuple[str, obje
     name, too."""
     for item in fields(value):
         part = getattr(value, item.name)
+        # Two schemes may have the same settings: by these alone they would have the same key.
         if isinstance(part, Scheme | Integrator):
             yield f"{prefix}{item.name}", part.name
         if is_dataclass(part):

@@ -21,9 +21,9 @@ from nanoslip.solver.sliding import slide
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import read_groups
+from nanoslip.study.manifest.effects import read_effect_switches
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.problems import ManifestError
-from nanoslip.study.manifest.reader import read_effect_switches
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.results.store import Store
 from nanoslip.study.tasks.compliance import compliance_task
