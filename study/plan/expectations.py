@@ -44,8 +44,10 @@ PACKED = 0.6
 
 def disk_of_plan(plan: Plan) -> tuple[float, float]:
     """Bytes of all results, including intermediate results, and of the dataset: to a factor of two or three."""
+    # All results are on disk together at worst: an intermediate one goes only once no unfinished task needs it.
+    every = sum(task.disk for task in plan.tasks)
     kept = sum(task.disk for task in plan.tasks if not task.intermediate)
-    return sum(task.disk for task in plan.tasks), DATASET + PACKED * kept
+    return every, DATASET + PACKED * kept
 
 
 class Outlook(NamedTuple):
@@ -70,8 +72,11 @@ def plan_outlook(plan: Plan) -> Outlook:
             displacement = estimate_displacement(case)
             spans.append(displacement / case.slab.spacing)
         mask = encode_flags(predict_flags(case, displacement))
-        if case.path:  # has legs, and no record that could be short
-            mask |= encode_flags(predict_flags(case, path_length(case)[-1])) & ~Flag.short_record.mask
+        # A path has legs, and no record that could be short.
+        if case.path:
+            *_, farthest = path_length(case)
+            of_path = encode_flags(predict_flags(case, farthest))
+            mask |= of_path & ~Flag.short_record.mask
         masks.append(mask)
     return Outlook(masks, min(spans, default=math.inf), max(spans, default=0.0))
 
@@ -87,26 +92,32 @@ def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> dict[str, s
     """
     lines = {}
     for flag in FLAGS:
-        having = [number for number, mask in enumerate(masks) if mask & flag.mask]
-        if having:
-            first = words(having[0])
-            where = f"{len(having)} of {len(masks)} cases" + (f", first {first}" if first else "")
-            lines[flag.name] = f"{flag.name}: {where}: {flag.meaning}; {flag.advice}"
+        flagged = [number for number, mask in enumerate(masks) if mask & flag.mask]
+        if not flagged:
+            continue
+        where = f"{len(flagged)} of {len(masks)} cases"
+        first = words(flagged[0])
+        if first:
+            where = f"{where}, first {first}"
+        lines[flag.name] = f"{flag.name}: {where}: {flag.meaning}; {flag.advice}"
     return lines
 
 
 def flag_prediction_lines(plan: Plan, outlook: Outlook) -> list[str]:
     """Expected flags of a plan's cases before a run, refused cases excluded."""
     lines = list(flag_lines(outlook.masks, partial(_words, plan)).values())
-    flagged = [each.case for each, mask in zip(plan.cases, outlook.masks, strict=True) if mask and each.case]
+    pairs = zip(plan.cases, outlook.masks, strict=True)
+    flagged = [point.case for point, mask in pairs if mask and point.case]
     widths = [guess_half_width(case) for case in flagged]
     if lines:
+        # Most flags are of a contact that is too wide or too narrow: its width says by how much.
         ends = dict.fromkeys(f"{end:.2g}" for end in (min(widths), max(widths)))
         scales, si = plan.manifest.stated_scales, ""
         if scales:
-            si = f" ({span([width * scales.slab_width for width in widths], 'm')})"
+            lengths = [width * scales.slab_width for width in widths]
+            si = f" ({span(lengths, 'm')})"
         lines.append(f"contacts of these cases have half-widths of about {' to '.join(ends)} L_x{si}")
-    steep = [number for number, each in enumerate(plan.cases) if each.case and may_create_energy(each.case)]
+    steep = [number for number, point in enumerate(plan.cases) if point.case and may_create_energy(point.case)]
     if steep and "slip" in plan.manifest.stages:
         count = f"{len(steep)} of {len(plan.cases)} cases"
         where = ", first ".join(filter(None, (count, _words(plan, steep[0]))))
@@ -117,10 +128,12 @@ def flag_prediction_lines(plan: Plan, outlook: Outlook) -> list[str]:
 def _words(plan: Plan, number: int) -> str:
     """Number of a case -> the parameters in which it differs from the others."""
     point = plan.cases[number].parameters
-    varying = (name for name, values in plan.manifest.axes.items() if len(values) > 1 and name in point)
     scales = plan.manifest.stated_scales
     labels = {}
-    for name in varying:
+    for name, values in plan.manifest.axes.items():
+        # An axis of a single value tells no case from another.
+        if len(values) < 2 or name not in point:
+            continue
         in_si = si_text(scales, name, point[name]) if scales else ""
         labels[name] = in_si or label_value(point[name])
     return parameters_text(labels)
@@ -128,8 +141,8 @@ def _words(plan: Plan, number: int) -> str:
 
 def out_of_reach(plan: Plan) -> dict[str, str]:
     """Lines about drives that never pull as hard as friction holds, and that need more segments than step_limit, by cause."""
-    found = {"duration": _too_short(plan), "step_limit": _too_many_steps(plan)}
-    return {cause: line for cause, line in found.items() if line}
+    lines = {"duration": _too_short(plan), "step_limit": _too_many_steps(plan)}
+    return {cause: line for cause, line in lines.items() if line}
 
 
 class _Pulls(NamedTuple):
@@ -153,55 +166,64 @@ class _Pulls(NamedTuple):
     @property
     def weak(self) -> NDArray[np.bool_]:
         """True (n, d) for drives that never pull as hard as friction holds."""
-        return np.isfinite(self.share)[:, None] & (self.pull < (self.weight * self.share)[:, None])
+        friction = self.weight * self.share
+        # The share is infinite where nothing can slip: such a case is refused or flagged for that alone.
+        return np.isfinite(self.share)[:, None] & (self.pull < friction[:, None])
 
 
 def _pulls(plan: Plan) -> _Pulls | None:
     """None for a plan without drives, or without possible cases."""
     manifest = plan.manifest
     drives = [(drive, drive.drive) for drive in manifest.drives if drive.drive is not None]
-    cases = [(number, each.case) for number, each in enumerate(plan.cases) if each.case is not None]
+    cases = [(number, point.case) for number, point in enumerate(plan.cases) if point.case is not None]
     if not (drives and cases):
         return None
-    pace = np.array([named.in_si.spring_stiffness * named.in_si.stage_velocity for _, named in drives])
-    damper = np.array([_damper(named) for _, named in drives])
-    lasts = [_longest_way_time(named.in_si) for _, named in drives]
+    pace, damper, spring = [], [], []
+    for _, named in drives:
+        rate = named.in_si.spring_stiffness * named.in_si.stage_velocity
+        pace.append(rate)
+        damper.append(_damper(named))
+        # A stage at rest pulls nothing, however long it lasts: 0 times infinity would be NaN.
+        spring.append(rate * _longest_way_time(named.in_si) if rate else 0.0)
+    loads = [case.total_load * manifest.scales.force for _, case in cases]
+    shares = [least_plateau(case) for _, case in cases]
     return _Pulls(
         [number for number, _ in cases],
         [drive for drive, _ in drives],
-        np.array([case.total_load * manifest.scales.force for _, case in cases]),
-        np.array([least_plateau(case) for _, case in cases]),
-        pace,
-        damper,
-        np.array([rate * time if rate else 0.0 for rate, time in zip(pace, lasts, strict=True)]) + damper,
+        np.array(loads),
+        np.array(shares),
+        np.array(pace),
+        np.array(damper),
+        np.array(spring) + np.array(damper),
     )
 
 
 def _too_short(plan: Plan) -> str:
     """Report drives that are too short to slide."""
-    found = _pulls(plan)
-    if found is None or not found.weak.any():
+    pulls = _pulls(plan)
+    if pulls is None or not pulls.weak.any():
         return ""
-    number, which = divmod(int(found.weak.argmax()), len(found.drives))
-    drive, weight, share = found.drives[which], found.weight[number], found.share[number]
+    # The first True, case by case: row and column of its place in the flattened array.
+    number, which = divmod(int(pulls.weak.argmax()), len(pulls.drives))
+    drive, weight, share = pulls.drives[which], pulls.weight[number], pulls.share[number]
     assert drive.drive is not None
-    missing = max(weight * share - found.damper[which], 0.0)
-    needed = missing / found.pace[which] if found.pace[which] else math.inf
-    key, amount, unit, instead = "duration", needed, "s", ""
+    missing = max(weight * share - pulls.damper[which], 0.0)
+    seconds = missing / pulls.pace[which] if pulls.pace[which] else math.inf
+    travel = seconds * drive.drive.in_si.stage_velocity
+    # In the key that the author gave; a stroke is twice the way from its middle to a turn.
+    key, amount, unit, instead = "duration", seconds, "s", ""
     if drive.drive.in_si.stage_stroke is not None:
-        key, amount, unit = "stage_stroke", 2.0 * needed * drive.drive.in_si.stage_velocity, "m"
+        key, amount, unit = "stage_stroke", 2.0 * travel, "m"
         # Over a record a contact that does not slide loses nothing.
         instead = ", or memory = true"
     elif TRAVEL in drive.given:
-        key, amount, unit = TRAVEL, needed * drive.drive.in_si.stage_velocity, "m"
-    advice = (
-        f"needs {key} ≥ {_up(amount):.2g} {unit}{instead}"
-        if math.isfinite(needed)
-        else "the stage is at rest: raise stage_velocity"
-    )
-    reached = f"reaches F/W = {found.pull[which] / weight:.2g}, slips near {share:.2g}"
-    where = ", ".join(filter(None, [_words(plan, found.numbers[number]), drive.label]))
-    return f"too short to slip: {found.weak.sum()} of {found.weak.size} drives, first {where}: {reached}: {advice}"
+        key, amount, unit = TRAVEL, travel, "m"
+    advice = "the stage is at rest: raise stage_velocity"
+    if math.isfinite(seconds):
+        advice = f"needs {key} ≥ {_up(amount):.2g} {unit}{instead}"
+    reached = f"reaches F/W = {pulls.pull[which] / weight:.2g}, slips near {share:.2g}"
+    where = ", ".join(filter(None, [_words(plan, pulls.numbers[number]), drive.label]))
+    return f"too short to slip: {pulls.weak.sum()} of {pulls.weak.size} drives, first {where}: {reached}: {advice}"
 
 
 _OF_SLIPS: Final = (
@@ -215,21 +237,23 @@ _OF_PLATEAUS: Final = ("plateau_mean", "plateau_stress", "mean_step", "mean_drop
 
 def impossible_numbers(plan: Plan) -> dict[str, str]:
     """Numbers that no case of a plan can have -> why, in a line."""
-    found, pulls = dict[str, str](), _pulls(plan)
+    reasons, pulls = dict[str, str](), _pulls(plan)
     if pulls and pulls.weak.all():
-        found |= dict.fromkeys(_OF_SLIPS, _too_short(plan))
-    cases = [each.case for each in plan.cases if each.case is not None]
+        reasons |= dict.fromkeys(_OF_SLIPS, _too_short(plan))
+    cases = [point.case for point in plan.cases if point.case is not None]
+    # Second, as a record without a steady part leaves no drive a kinetic friction, however long it lasts.
     if cases and all(map(_ends_within_run_in, cases)):
         line = f"all records end before they are steady, which takes {RUN_IN:g} presliding lengths and {FEWEST_EVENTS} events"
-        found |= dict.fromkeys(_OF_PLATEAUS, f"{line}: raise limits.presliding or events")
-    return found
+        reasons |= dict.fromkeys(_OF_PLATEAUS, f"{line}: raise limits.presliding or events")
+    return reasons
 
 
 def _ends_within_run_in(case: Case) -> bool:
     """True if the limits of a case end its record before its steady part begins."""
-    short = case.max_presliding is not None and case.max_presliding <= RUN_IN
-    few = case.max_events is not None and case.max_events <= FEWEST_EVENTS
-    return limits_shear(case) and (few or (short and case.spacing_events is None))
+    # With spacing_events a record goes on beyond max_presliding, as far as that many events.
+    is_short = case.max_presliding is not None and case.max_presliding <= RUN_IN and case.spacing_events is None
+    is_poor = case.max_events is not None and case.max_events <= FEWEST_EVENTS
+    return limits_shear(case) and (is_poor or is_short)
 
 
 _LOOKED_AT: Final = 1000
@@ -239,12 +263,16 @@ _LOOKED_AT: Final = 1000
 def _driven(plan: Plan) -> Iterator[tuple[int, Case, CampaignDrive, Drive]]:
     """Number of a case, the case, and a drive in SI and dimensionless: some drives of some cases, spread over all."""
     scales, drives = plan.manifest.scales, plan.manifest.drives
-    some = drives[:: max(1, len(drives) // _LOOKED_AT)]
-    known = [(one, one.drive.dimensionless(scales)) for one in some if one.drive]
-    for number in range(0, len(plan.cases), max(1, len(plan.cases) * len(known) // _LOOKED_AT)):
+    drive_step = max(1, len(drives) // _LOOKED_AT)
+    some = [pull for pull in drives[::drive_step] if pull.drive]
+    in_both_units = [(pull, pull.drive.dimensionless(scales)) for pull in some if pull.drive]
+    case_step = max(1, len(plan.cases) * len(in_both_units) // _LOOKED_AT)
+    for number in range(0, len(plan.cases), case_step):
         case = plan.cases[number].case
-        if case is not None and limits_shear(case):  # without friction nothing slips
-            yield from ((number, case, *each) for each in known)
+        # Without friction nothing slips.
+        if case is not None and limits_shear(case):
+            for pull, drive in in_both_units:
+                yield number, case, pull, drive
 
 
 ROUGH_STEPS: Final = 5.0
@@ -258,13 +286,15 @@ def beyond_step_limit(plan: Plan) -> str:
 
 def _too_many_steps(plan: Plan, times: float = 1.0) -> str:
     """Report drives that need more segments than so many times their step_limit."""
-    driven = [each for each in _driven(plan) if each[-1].max_slips is None]
+    # A drive that ends after some slips ends long before.
+    driven = [entry for entry in _driven(plan) if entry[-1].max_slips is None]
     steps = np.array([drive_steps(drive, case) for _, case, _, drive in driven])
     many = steps > times * np.array([drive.step_limit for *_, drive in driven], float)
     if not many.any():
         return ""
-    number, _, named, _ = driven[int(np.where(many, steps, 0.0).argmax())]
-    where = ", ".join(filter(None, [_words(plan, number), named.label]))
+    worst = int(np.where(many, steps, 0.0).argmax())
+    number, _, pull, _ = driven[worst]
+    where = ", ".join(filter(None, [_words(plan, number), pull.label]))
     needs = f"needs about {steps[many].max():.1g} segments (to a factor of {ROUGH_STEPS:g}): {FEWER_STEPS}"
     ends = "may end" if times < ROUGH_STEPS else "ends"
     return f"{ends} at step_limit: {many.sum()} of {many.size} drives looked at, worst {where}: {needs}"
@@ -273,14 +303,13 @@ def _too_many_steps(plan: Plan, times: float = 1.0) -> str:
 def duration_lines(plan: Plan) -> list[str]:
     """Expected duration of drives without one, over all cases, as a line; none if all have one."""
     drives, time = plan.manifest.drives, plan.manifest.scales.time
-    times = [
-        drive_duration(drive, case) * time(named.drive.pin_mass)
-        for _, case, named, drive in _driven(plan)
-        if named.drive and drive.duration is None and drive.stage_stroke is None
-    ]
+    times = []
+    for _, case, pull, drive in _driven(plan):
+        if pull.drive and _lasts_as_needed(drive):
+            times.append(drive_duration(drive, case) * time(pull.drive.pin_mass))
     if not times:
         return []
-    count = sum(each.drive is not None and _lasts_as_needed(each.drive.in_si) for each in drives)
+    count = sum(pull.drive is not None and _lasts_as_needed(pull.drive.in_si) for pull in drives)
     low, high = f"{min(times):.2g}", f"{max(times):.2g}"
     span = low if low == high else f"{low} to {high}"
     return [
@@ -296,21 +325,27 @@ def _lasts_as_needed(drive: Drive) -> bool:
 
 def _longest_way_time(drive: Drive) -> float:
     """Time for which a stage moves on in one direction, in s: at most from the middle to a turn, if it has a stroke."""
-    if drive.stage_stroke is not None:
-        return math.inf if drive.memory else 0.5 * drive.stage_stroke / drive.stage_velocity
-    return drive.duration or math.inf
+    if drive.stage_stroke is None:
+        return drive.duration or math.inf
+    # A contact that remembers slips in part at any amplitude: no stroke is too short for it.
+    if drive.memory:
+        return math.inf
+    return 0.5 * drive.stage_stroke / drive.stage_velocity
 
 
 def _up(value: float) -> float:
     """The next number of two digits."""
+    # Upwards, so that the value that a message advises is enough once it is rounded.
     digit = 10.0 ** (math.floor(math.log10(value)) - 1) if value > 0.0 else 1.0
     return math.ceil(value / digit) * digit
 
 
 def _damper(drive: NamedDrive) -> float:
     """Force of the damper on a pin at rest, in N."""
+    # c·v with c = 2ζ√(mk).
     values = drive.in_si
-    return 2.0 * values.damping_ratio * math.sqrt(drive.pin_mass * values.spring_stiffness) * values.stage_velocity
+    critical = 2.0 * math.sqrt(drive.pin_mass * values.spring_stiffness)
+    return values.damping_ratio * critical * values.stage_velocity
 
 
 # Lengths of a plan's records in node spacings, after which the surface repeats.
@@ -344,17 +379,20 @@ def machine_memory() -> float:
 def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str, ...]:
     """Report each of these tasks that exceeds this machine's memory, the worst first. If there is none, report if the
     largest tasks together do, one for each rank. Empty if all fit."""
-    there, path = machine_memory(), planned.manifest.path
+    physical, path = machine_memory(), planned.manifest.path
     worst = heapq.nlargest(max(NAMED_TASKS, ranks), tasks, key=memory_need)
-    if not worst or memory_need(*worst[:ranks]) <= there:
+    # The largest tasks may be at work on all ranks at once.
+    if not worst or memory_need(*worst[:ranks]) <= physical:
         return ()
-    if memory_need(worst[0]) <= there:
-        fitting = max(count for count in range(1, ranks) if memory_need(*worst[:count]) <= there)
+    if memory_need(worst[0]) <= physical:
+        fitting = max(count for count in range(1, ranks) if memory_need(*worst[:count]) <= physical)
         need, advice = memory_need(*worst[:ranks]), f"start at most {fitting}, or use more machines"
-        return (f"{path}: {ranks} ranks on one machine: {_gigabytes_text(need, there)}: {advice}",)
-    large = sum(memory_need(task) > there for task in tasks)
-    named = worst[: min(large, NAMED_TASKS)]
-    lines = [f"{path}: {_named(task)}: {_gigabytes_text(memory_need(task), there)}: {_advice(task)}" for task in named]
+        return (f"{path}: {ranks} ranks on one machine: {_gigabytes_text(need, physical)}: {advice}",)
+    large = sum(memory_need(task) > physical for task in tasks)
+    lines = []
+    for task in worst[: min(large, NAMED_TASKS)]:
+        size = _gigabytes_text(memory_need(task), physical)
+        lines.append(f"{path}: {_named(task)}: {size}: {_advice(task)}")
     if large > NAMED_TASKS:
         lines.append(f"{path}: {large - NAMED_TASKS} more tasks need more memory than this machine has")
     return tuple(lines)
@@ -362,12 +400,16 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
 
 def memory_need(*tasks: Task) -> float:
     """Bytes for processes with one task of a plan each; tasks that read the same compliance share one copy."""
-    read = {task.slab for task in tasks if task.needs[:1] == compliance_needs(task.slab)}
-    return sum(map(_map_bytes, read)) + sum(PROGRAM + task.memory for task in tasks)
+    slabs = {task.slab for task in tasks if task.needs[:1] == compliance_needs(task.slab)}
+    shared = sum(map(_map_bytes, slabs))
+    return shared + sum(PROGRAM + task.memory for task in tasks)
 
 
 def _map_bytes(slab: Slab) -> float:
-    return 0.0 if slab.scheme.endless else 8.0 * (2.0 * slab.n_x) ** 2
+    # A slab without ends is a convolution. Else 8 bytes for each pair of the 2n components of force and displacement.
+    if slab.scheme.endless:
+        return 0.0
+    return 8.0 * (2.0 * slab.n_x) ** 2
 
 
 def _named(task: Task) -> str:
@@ -381,10 +423,10 @@ def _gigabytes_text(need: float, there: float) -> str:
 
 
 def _advice(task: Task) -> str:
-    if (
-        task.kind == "record"
-        and task.case is not None
-        and task.ensemble.likely * record_bytes(task.case) > task.memory / 2.0
-    ):
+    events = 0.0
+    if task.kind == "record" and task.case is not None:
+        events = task.ensemble.likely * record_bytes(task.case)
+    # Whichever takes the larger half: events, or matrices of nodes.
+    if events > task.memory / 2.0:
         return "use fewer limits.events, a shorter limits.displacement, or a machine with more memory"
     return "use a smaller n_x, or a machine with more memory"

@@ -31,8 +31,11 @@ def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:
 
     Tasks of equal cost follow each other if they have the same inputs: the solver caches its values of a slab.
     """
-    ordered = list(order_by_stage(sorted(tasks, key=lambda task: task.needs)))
-    after: dict[str, float] = {}  # work of the longest chain that hangs on a task, of those that are needed
+    # Both sorts keep the order of equals: by inputs here, by work below.
+    by_inputs = sorted(tasks, key=lambda task: task.needs)
+    ordered = list(order_by_stage(by_inputs))
+    # Work of the longest chain that hangs on a task, of those that are needed.
+    after: dict[str, float] = {}
     # One pass from the last stage back sees every chain whole.
     for task in reversed(ordered):
         chain = task.cost + after.get(task.key, 0.0)
@@ -88,23 +91,28 @@ class Plan:
         return {}
 
     def _estimate(self, task: Task) -> Task:
-        found = self._estimates.get(task.key)
-        if found is None:
+        estimated = self._estimates.get(task.key)
+        if estimated is None:
             cost, memory, disk = estimate(task)
             limit = self.manifest.task_seconds
-            limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
-            label = _label(task, *self.firsts[task.key])
-            found = self._estimates[task.key] = task.with_estimate(label, cost, memory, disk, limit)
-        return found
+            if limit is None:
+                limit = max(LEAST_LIMIT, DOUBT * cost)
+            case, drive = self.firsts[task.key]
+            label = _label(task, case, drive)
+            estimated = task.with_estimate(label, cost, memory, disk, limit)
+            self._estimates[task.key] = estimated
+        return estimated
 
     def _pending_tasks(self, finished: Collection[str]) -> list[Task]:
         needed: set[str] = set()
-        left = []
-        for task in reversed(self.distinct):  # from the ends of the chains to their beginnings
-            if task.key not in finished and (not task.intermediate or task.key in needed):
+        pending = []
+        # From the ends of the chains to their beginnings: what a task needs is known before its needs are met.
+        for task in reversed(self.distinct):
+            is_wanted = not task.intermediate or task.key in needed
+            if is_wanted and task.key not in finished:
                 needed.update(task.needs)
-                left.append(task)
-        return left[::-1]
+                pending.append(task)
+        return pending[::-1]
 
     def possible(
         self, left: Sequence[Task], given_up: Collection[str], failed: Collection[str] = ()
@@ -116,6 +124,8 @@ class Plan:
         for task in order_by_stage(left):
             if not lost.isdisjoint(task.needs):
                 lost.add(task.key)
+        # Sorted by False and True, each in the order in which they came: a task that kills its process again should find
+        # all others done.
         tried = [task for task in left if task.key not in lost]
         return tuple(sorted(tried, key=lambda task: task.key in failed))
 
@@ -125,24 +135,28 @@ class Plan:
         finished: outcomes of stored results, which take precedence over failures. failed: outcomes of failed
             attempts.
         """
-        found = {key: outcome for key, outcome in failed.items() if key not in finished}
-        if not found:
+        undone = {key: outcome for key, outcome in failed.items() if key not in finished}
+        if not undone:
             return dict(finished)
         tasks = {task.key: task for task in self.distinct}
+        # Needs come first in `distinct`: one pass carries a failure down the whole chain.
         for task in self.distinct:
-            lost = next((need for need in task.needs if need in found), None)
-            if lost is None or task.key in finished or task.key in found:
+            lost = next((need for need in task.needs if need in undone), None)
+            if lost is None or task.key in finished or task.key in undone:
                 continue
-            outcome, need = found[lost], tasks[lost]
-            message = f"its {need.kind} {UNDONE.get(outcome.ending, 'failed')}: {outcome.message}"
-            cause = outcome.cause and f"{need.kind} {outcome.ending} {outcome.cause}"
-            own = need.kind == task.kind  # the scalars of a record
-            found[task.key] = outcome if own else Outcome(Ending.NEEDS_FAILED, message, cause=cause)
-        return found | dict(finished)
+            outcome, need = undone[lost], tasks[lost]
+            # The scalars of a record end as the record does: they have no need of another kind to blame.
+            if need.kind != task.kind:
+                message = f"its {need.kind} {UNDONE.get(outcome.ending, 'failed')}: {outcome.message}"
+                cause = outcome.cause and f"{need.kind} {outcome.ending} {outcome.cause}"
+                outcome = Outcome(Ending.NEEDS_FAILED, message, cause=cause)
+            undone[task.key] = outcome
+        return undone | dict(finished)
 
     def foreign(self, finished: Mapping[str, Origins]) -> dict[str, Origins]:
         """The plan's results that other software than this had a hand in, given all that are finished."""
-        return foreign_among({task.key: finished[task.key] for task in self.distinct if task.key in finished})
+        of_plan = {task.key: finished[task.key] for task in self.distinct if task.key in finished}
+        return foreign_among(of_plan)
 
     @cached_property
     def _needs(self) -> dict[str, tuple[str, ...]]:
@@ -150,21 +164,23 @@ class Plan:
 
     def with_needs(self, keys: Iterable[str]) -> set[str]:
         """Keys of these tasks and of all tasks that they need."""
-        found, waiting = set[str](), [*keys]
+        with_needs, waiting = set[str](), [*keys]
         while waiting:
             key = waiting.pop()
-            if key not in found:
-                found.add(key)
+            if key not in with_needs:
+                with_needs.add(key)
                 waiting += self._needs[key]
-        return found
+        return with_needs
 
     def obsolete(self, finished: Collection[str]) -> tuple[str, ...]:
         """Intermediate results that no task needs any more, given the keys that are finished."""
-        ended = [task.key for task in self.distinct if task.passing and task.key in finished]
-        if not ended:
+        finished_passing = [task.key for task in self.distinct if task.passing and task.key in finished]
+        if not finished_passing:
             return ()
-        wanted = {need for task in self._pending_tasks(finished) for need in task.needs}
-        return tuple(key for key in ended if key not in wanted)
+        wanted: set[str] = set()
+        for task in self._pending_tasks(finished):
+            wanted.update(task.needs)
+        return tuple(key for key in finished_passing if key not in wanted)
 
 
 def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
@@ -184,14 +200,19 @@ def make_partial_plan(manifest: Manifest, cases: Sequence[CampaignCase], heard: 
         requests: list[Wanted] = []
         for kind in kinds:
             requests += kind.tasks(case.case, manifest) if case.case else ()
-        for request in requests:
-            if request.task.key not in tasks:
-                tasks[request.task.key] = request.task
-                firsts[request.task.key] = (case, request.drive)
-        whole = [request for request in requests if not request.part]
-        case_tasks[case.case_id] = {(request.task.kind, request.drive): request.task.key for request in whole}
+        keys: dict[tuple[str, str], str] = {}
+        for task, drive, is_part in requests:
+            # Cases that share a compliance, or a record below several drives, share the task: it is computed once.
+            if task.key not in tasks:
+                tasks[task.key] = task
+                firsts[task.key] = (case, drive)
+            # A part is in the result of another task of the case, which is the one that a dataset reads.
+            if not is_part:
+                keys[task.kind, drive] = task.key
+        case_tasks[case.case_id] = keys
         heard(number)
-    return Plan(manifest, tuple(cases), tuple(order_by_stage(tasks.values())), case_tasks, firsts)
+    distinct = tuple(order_by_stage(tasks.values()))
+    return Plan(manifest, tuple(cases), distinct, case_tasks, firsts)
 
 
 def _label(task: Task, campaign_case: CampaignCase, drive: str) -> Label:
@@ -200,11 +221,12 @@ def _label(task: Task, campaign_case: CampaignCase, drive: str) -> Label:
         return (*names, "drive"), (*values, drive)
     if task.case is not None:
         return names, values
+    # A compliance is that of many cases, which differ in load and friction: only what its slab has labels it.
     of_slab = task.slab.flat
-    given = dict(zip(names, values, strict=True))
-    shared = {name: given[name] for name in names if of_slab.get(name) is not None}
-    found = {"n_x": task.slab.n_x, **shared}
-    return tuple(found), tuple(found.values())
+    parameters = dict(zip(names, values, strict=True))
+    shared = {name: parameters[name] for name in names if of_slab.get(name) is not None}
+    label = {"n_x": task.slab.n_x, **shared}
+    return tuple(label), tuple(label.values())
 
 
 # Progress of a plan: its tasks by kind, and outcomes of its cases and drives, from those of their tasks.
@@ -220,10 +242,13 @@ def combine_outcomes(kind: str, outcome: Outcome | None, found: Outcome | None) 
     """
     if outcome is None or not outcome.usable:
         return outcome
-    if found is not None and kind in OWN:  # their failures are theirs alone
+    # A failure of one's own numbers is theirs alone.
+    if found is not None and kind in OWN:
         return outcome
+    # A compliance is intermediate: once used it may go without being missed.
     if found is None:
-        return outcome if kind == "compliance" else None  # it is intermediate: once used it may go without being missed
+        return outcome if kind == "compliance" else None
+    # Of two remarks the first one stays: a record without a plateau is the reason why a drive lacks a number.
     return outcome if found.usable and not outcome.ok else found
 
 
@@ -243,16 +268,19 @@ def drive_outcome(
     plan: Plan, case: CampaignCase, drive: CampaignDrive, outcomes: Mapping[str, Outcome]
 ) -> Outcome | None:
     """Outcome of a drive, or of its case if there is no record to be driven over; None while unfinished."""
-    if case.case is None or drive.drive is None:
-        return case.outcome if case.case is None else drive.outcome
+    if case.case is None:
+        return case.outcome
+    if drive.drive is None:
+        return drive.outcome
     tasks = plan.case_tasks[case.case_id]
-    found = outcomes.get(tasks.get(("drive", drive.label), ""))
-    if found and found.ending is Ending.NEEDS_FAILED:  # it ended as its case did
+    outcome = outcomes.get(tasks.get(("drive", drive.label), ""))
+    # It ended as its case did.
+    if outcome and outcome.ending is Ending.NEEDS_FAILED:
         return case_outcome(plan, case, outcomes)
-    own = tasks.get(("drive_observables", drive.label))
-    if own is not None:
-        found = combine_outcomes("drive_observables", found, outcomes.get(own))
-    return found and found.naming(key_of_duration(drive))
+    own_key = tasks.get(("drive_observables", drive.label))
+    if own_key is not None:
+        outcome = combine_outcomes("drive_observables", outcome, outcomes.get(own_key))
+    return outcome and outcome.naming(key_of_duration(drive))
 
 
 def key_of_duration(drive: CampaignDrive) -> str:
@@ -266,9 +294,13 @@ def ended(plan: Plan, outcomes: Mapping[str, Outcome]) -> tuple[Counter[str], Co
 
     outcomes: key of each finished task -> how it ended.
     """
-    drives = plan.manifest.drives if "dynamics" in plan.manifest.stages else ()
-    cases = Counter(_word(case_outcome(plan, case, outcomes)) for case in plan.cases)
-    return cases, Counter(_word(drive_outcome(plan, case, each, outcomes)) for case in plan.cases for each in drives)
+    cases, drives = Counter[str](), Counter[str]()
+    has_drives = "dynamics" in plan.manifest.stages
+    for case in plan.cases:
+        cases[_word(case_outcome(plan, case, outcomes))] += 1
+        for drive in plan.manifest.drives if has_drives else ():
+            drives[_word(drive_outcome(plan, case, drive, outcomes))] += 1
+    return cases, drives
 
 
 def _word(outcome: Outcome | None) -> str:

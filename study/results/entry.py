@@ -110,7 +110,8 @@ def pack_result(result: TaskResult) -> bytes:
     return b"".join((head, _CHECKSUM.pack(seal), meta, body))
 
 
-@lru_cache(maxsize=256)  # most results say the same of themselves
+# Kept, as most results have the same description.
+@lru_cache(maxsize=256)
 def _meta_bytes(kind: str, outcome: Outcome, origins: Origins) -> bytes:
     content = {"kind": kind, **asdict(outcome), "origins": [*map(asdict, origins)]}
     return _pad(_json(content), b" ", LEAST)
@@ -133,7 +134,8 @@ def read_head(file: BinaryIO) -> Head:
         raise CorruptResultError("no result begins there")
     meta = file.read(meta_length)
     (seal,) = _CHECKSUM.unpack_from(begin, _HEAD.size)
-    if seal != zlib.crc32(meta, zlib.crc32(begin[: _HEAD.size])):  # a length that was damaged leads anywhere
+    # A length that was damaged leads anywhere: it is not followed before its checksum is right.
+    if seal != zlib.crc32(meta, zlib.crc32(begin[: _HEAD.size])):
         raise (TornError if len(meta) < meta_length else CorruptResultError)(CHANGED)
     try:
         said = _meta(meta)
@@ -190,7 +192,8 @@ def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArr
         at += _round_time(count * dtype.itemsize)
 
 
-@lru_cache(maxsize=1024)  # most results say the same of themselves
+# Kept, as most results have the same description.
+@lru_cache(maxsize=1024)
 def _meta(text: bytes) -> Meta:
     found = json.loads(text)
     words = (found["kind"], *(fact for origin in found["origins"] for fact in origin.values()))
@@ -310,7 +313,8 @@ def unusable_lines(folder: Path) -> frozenset[str]:
 
 def note_unusable(folder: Path, head: Head) -> None:
     """Keep this version from counting a result as finished, in this process and later ones."""
-    with suppress(OSError):  # who only reads the folder finds it again
+    # A reader without the right to write scans the log again next time.
+    with suppress(OSError):
         files.append_lines(folder / UNUSABLE, f"{path_line(head)}\n".encode())
 
 
@@ -377,7 +381,8 @@ class LogWriter:
             os.fsync(file.number)
 
     def _open_log(self) -> OpenFile:
-        if self._file is None or self._process != os.getpid():  # a log has one writer, whoever forks
+        # A log has one writer: a forked process begins another one.
+        if self._file is None or self._process != os.getpid():
             path = later(self._folder, f"{secrets.token_hex(RANDOM)}{LOGS}")
             self._file = OpenFile(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL)
             self._process, self._synced = os.getpid(), time.monotonic()
@@ -442,7 +447,8 @@ def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[LocatedEntr
                 yield LocatedEntry(head, path, begin)
                 begin += head.length
             except CorruptResultError as error:
-                if isinstance(error, ResultFormatError) and begin == 0:  # a log has one writer, hence one format
+                # A log has one writer, hence one format: the first entry decides for all.
+                if isinstance(error, ResultFormatError) and begin == 0:
                     raise
                 end = _next(file, begin + ALIGNED)
                 yield Fault(begin, end or length, _no_torn_end(error, end))
@@ -501,7 +507,8 @@ class Logs:
     def look(self) -> None:
         """Read added results; damage is noted, except a torn end, which may still be written."""
         for path in self._paths():
-            with suppress(FileNotFoundError):  # a run that goes on meanwhile has mended it
+            # A run that goes on meanwhile has mended the log.
+            with suppress(FileNotFoundError):
                 self._read_log_tail(path)
 
     def find(self, key: str) -> LocatedEntry | None:
@@ -513,7 +520,8 @@ class Logs:
     def mend(self) -> None:
         """Read all logs and set damaged or unreadable parts aside; no other process may write. Raises OSError,
         ResultFormatError."""
-        for path, new in [(path, self._read_log_tail(path)) for path in self._paths()]:  # refused before any is changed
+        # All are read before any is changed: a log of another format is refused before that.
+        for path, new in [(path, self._read_log_tail(path)) for path in self._paths()]:
             unread = {fault.begin: fault for fault in self._unread.pop(path, ())}
             if not (faults := [*unread.values(), *new]):
                 continue

@@ -126,7 +126,8 @@ def writing_whole(path: Path) -> Iterator[Path]:
         # Before the new name: a loss of power could otherwise leave it with no bytes behind it.
         sync(scratch)
         if path.is_dir() and not path.is_symlink():
-            path.rename(free_name(path))  # nothing of it is lost
+            # Kept under another name, so that nothing in it is lost.
+            path.rename(free_name(path))
         os.replace(scratch, path)
     finally:
         scratch.unlink(missing_ok=True)
@@ -177,7 +178,8 @@ def _writer_lives(scratch: Path, host: str, process: str) -> bool:
         try:
             return time.time() - scratch.stat().st_mtime < ABANDONED
         except FileNotFoundError:
-            return True  # it was, until just now
+            # The process was there until just now.
+            return True
     return lives(int(process))
 
 
@@ -197,7 +199,8 @@ def _is_zombie(process: int) -> bool:
     try:
         fields = Path(f"/proc/{process}/stat").read_text()
     except OSError:
-        return False  # no such file system here, or gone meanwhile: the next run clears away
+        # No such file system here, or the process is gone meanwhile: the next run clears away.
+        return False
     return fields.rpartition(")")[2].split()[0] == "Z"
 
 

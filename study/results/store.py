@@ -61,7 +61,8 @@ class Store:
         """whole: check every byte of a result, else only its head."""
         self.folder = out / FOLDER
         self._out = out
-        self._notice = lru_cache(None)(print_notice)  # damage is met again and again, and named once
+        # Damage is met again and again, and named once.
+        self._notice = lru_cache(None)(print_notice)
         self._log = LogWriter(self.folder)
         self._logs = Logs(self.folder, whole, self._notice)
         self._checked: dict[Path, tuple[object, Head]] = {}
@@ -75,7 +76,8 @@ class Store:
         try_writing(self.folder)
         with failing(f"{self.folder}: cannot write results there"):
             files.clear_away(self.folder)
-            files.clear_away(self.folder.parent)  # the dataset is written there
+            # The dataset is written into that folder, beside the results.
+            files.clear_away(self.folder.parent)
             self._logs.mend()
             if lost := attempts.lost(self._out):
                 self._notice(lost)
@@ -112,7 +114,8 @@ class Store:
         found = {}
         for path in files.matching(self.folder, f"*{entry.ENDING}"):
             if not _KEY.fullmatch(path.stem):
-                continue  # somebody else's
+                # A file of another program.
+                continue
             try:
                 state = path.lstat()
                 stamp = state.st_mtime_ns, state.st_size, state.st_ino
@@ -128,7 +131,8 @@ class Store:
             except CorruptResultError as error:
                 self._notice(f"{error}{entry.AGAIN}")
             except FileNotFoundError:
-                continue  # a run that goes on meanwhile has dropped it
+                # A run that goes on meanwhile has dropped the result.
+                continue
         return found
 
     def failures(self) -> dict[str, Attempt]:
@@ -146,10 +150,13 @@ class Store:
                 files.write_whole(path, [content])
                 return
             self._log.add(content)
-            self._logs.places.pop(result.key, None)  # to be found anew
-            file = f"{self.folder}/{result.key}{entry.ENDING}"  # a path would take longer than the look
+            # The place in the log is that of an older result.
+            self._logs.places.pop(result.key, None)
+            # A `Path` would take longer to make than the file to look for.
+            file = f"{self.folder}/{result.key}{entry.ENDING}"
             if os.path.isfile(file):
-                Path(file).unlink(missing_ok=True)  # else it, which is older, would be read first
+                # The file is older than the log, and would be read first.
+                Path(file).unlink(missing_ok=True)
 
     def reject(self, key: str) -> None:
         """Have a result count as not finished: this version cannot use it, though its checksums are right."""
@@ -160,7 +167,8 @@ class Store:
 
     def read(self, key: str) -> TaskResult:
         """A result; its arrays are read-only. Raises CorruptResultError, FileNotFoundError."""
-        if os.path.lexists(f"{self.folder}/{key}{entry.ENDING}"):  # a path would take longer than the look
+        # A `Path` would take longer to make than the file to look for.
+        if os.path.lexists(f"{self.folder}/{key}{entry.ENDING}"):
             try:
                 return entry.read_entry(entry.result_path(self.folder, key))
             except CorruptResultError:
@@ -254,7 +262,8 @@ class Lease:
             scratch = make_scratch(self._path, self._text)
             try:
                 while not self._take(scratch):
-                    pass  # another run was quicker
+                    # Another run was quicker.
+                    pass
             finally:
                 scratch.unlink(missing_ok=True)
         self._beat.start()
@@ -285,7 +294,8 @@ class Lease:
         if not self._has_link(scratch, last.heir):
             return False
         now = self._line()
-        if not now or now[-1].text != self._text:  # meanwhile another run has taken it over
+        # Meanwhile another run has taken the lease over.
+        if not now or now[-1].text != self._text:
             last.heir.unlink(missing_ok=True)
             return False
         os.replace(last.heir, self._path)
@@ -329,9 +339,11 @@ class Lease:
                 os.utime(self._path, follow_symlinks=False)
                 return
         except FileNotFoundError:
-            found = None  # removed just now
+            # The file was removed just now.
+            found = None
         except (OSError, StoreError):
-            return  # nobody can say; the next look may
+            # No answer from the file system; the next look may have one.
+            return
         if found:
             self.lost = _LOST.format(path=self._path, **_words(_owner(found)))
         else:
@@ -362,7 +374,8 @@ def _has_ended(found: _Found, clock: Path) -> bool:
     here = owner.get("host") == socket.gethostname() and owner.get("machine") == _machine()
     if here and not files.lives(owner["process"]):
         return True
-    age, patience = _age(found, clock), time.monotonic() + FRESH  # whatever times the file claims
+    # By this machine's own clock, whatever times the file claims.
+    age, patience = _age(found, clock), time.monotonic() + FRESH
     # An older lease may be of a killed run, whose process number another process has got since.
     if here and age < 2.0 * BEAT:
         return False
@@ -374,7 +387,8 @@ def _has_ended(found: _Found, clock: Path) -> bool:
         time.sleep(BEAT / 5.0)
         again = _read_lease(found.path)
         if again is None or again.text != found.text:
-            return True  # whoever has it now is another one
+            # Whoever has the lease now is another run.
+            return True
         if again.touched != found.touched:
             return False
         age = _age(found, clock)
@@ -433,7 +447,8 @@ def merge_shards(out: Path) -> list[str]:
     left = []
     for folder in files.shard_folders(out):
         try:
-            if folder.is_symlink() or (folder / FOLDER).is_symlink():  # all files there would be moved
+            # All files that a link leads to would be moved.
+            if folder.is_symlink() or (folder / FOLDER).is_symlink():
                 raise StoreError(f"{folder}: a link leads out of it: not merged")
             with Lease(folder):
                 _move(folder, out)
@@ -441,7 +456,8 @@ def merge_shards(out: Path) -> list[str]:
             left.append(str(error))
         except OSError as error:
             left.append(f"{folder}: cannot be merged: {error.strerror or error}")
-        with suppress(OSError):  # not empty
+        # A folder that is not empty stays.
+        with suppress(OSError):
             folder.rmdir()
     with suppress(OSError):
         (out / files.SHARDS).rmdir()
@@ -450,7 +466,8 @@ def merge_shards(out: Path) -> list[str]:
 
 def _move(shard: Path, out: Path) -> None:
     store = Store(shard)
-    store.prepare()  # mends what a killed run left
+    # It mends what a killed run left.
+    store.prepare()
     for path in sorted(store.folder.iterdir()):
         os.replace(path, _place(path, out / FOLDER))
     for name in (attempts.FILE, attempts.RUNS_FILE):

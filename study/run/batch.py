@@ -165,7 +165,8 @@ class Job:
 
     def __post_init__(self) -> None:
         for path in (self.campaign, self.out):
-            if not one_line(str(path)):  # each is part of lines that sbatch and the shell read
+            # Each path is part of lines that sbatch and the shell read.
+            if not one_line(str(path)):
                 raise SiteError(f"{path_shown(path)}: needs {ONE_LINE}")
             if "\\" in str(path):
                 raise SiteError(f"{path_shown(path)}: needs to be without backslashes, which sbatch takes out of names")

@@ -164,7 +164,8 @@ def _remaining_tasks(plan: Plan, store: Store, out: Path, journal: Journal, warn
     """Remaining tasks of a plan, after merging existing shards. Requires the lease of the folder. Raises StoreError."""
     store.prepare()
     blame(plan, store, journal, journal.out)
-    if journal.out != out:  # a shard looks at what was merged, too
+    # A shard reads what was merged, too, in another folder than its own.
+    if journal.out != out:
         merged = Store(out)
         failures = {**merged.failures(), **store.failures()}
         untried = keys_given_up(failures, again.get("retry", False))
@@ -187,7 +188,8 @@ def _compute(
     if tasks:
         farm.run([WarmUp(miniatures(tasks))], Watch())
         journal.begin(farm.size, farm.unit)
-    farm.interruption.at_request = journal.forget  # whatever ends the run from then on is no task
+    # Whatever ends the run from then on is no task: none may be blamed for it by the next run.
+    farm.interruption.at_request = journal.forget
     with ExitStack() as stack:
         stack.callback(journal.forget)
         journal.show(stack.enter_context(shown))

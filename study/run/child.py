@@ -47,7 +47,8 @@ def main(descriptor: int, last_words: int) -> None:
 
     descriptor: this end of the connection. last_words: a file's, which takes the traceback of a fault that ends the process.
     """
-    for each in SIGNALS:  # a terminal sends them to all; what they mean is decided by the process that hands out
+    # A terminal sends signals to all processes; what they mean is decided by the process that hands out tasks.
+    for each in SIGNALS:
         signal.signal(each, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
     _die_with_parent(os.getppid())
@@ -78,14 +79,16 @@ def _serve(parent: "Connection[Any, Any]") -> None:
     where, process = Worker(number, socket.gethostname()), os.getpid()
 
     def send(news: Underway | Done) -> None:
-        if os.getpid() == process:  # else a copy of it, made by the task
+        # Any other process is a copy of this one, which the task has made.
+        if os.getpid() == process:
             parent.send(news)
 
     while True:
         try:
             message = parent.recv()
         except (EOFError, OSError):
-            return  # nobody is there any more
+            # The process that would read the message has ended.
+            return
         except BaseException:
             traceback.print_exc()
             os._exit(NO_TASK)
@@ -113,7 +116,8 @@ def _die_with_parent(parent: int) -> None:
     """Have the kernel kill this process when that one ends, however deep it is in a kernel; Linux only."""
     with suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
-        if os.getppid() != parent:  # it has ended before the kernel knew
+        # The parent ended before the kernel was asked to tell of its end.
+        if os.getppid() != parent:
             sys.exit()
 
 
@@ -150,7 +154,8 @@ class ChildProcess:
             words = [sys.executable, "-c", _START, *map(str, files), *sys.path]
             # By vfork where there is one: a fork would copy what libraries of MPI have registered with the network. In a session
             # of its own: what a task sends to its process group reaches nobody else.
-            signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it starts with them blocked, and then ignores them
+            # The child starts with signals blocked, and then ignores them: none can end it in between.
+            signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
             try:
                 self._process = subprocess.Popen(
                     words, stdin=subprocess.DEVNULL, pass_fds=files, start_new_session=True, env=computing_environment()
@@ -158,7 +163,8 @@ class ChildProcess:
             finally:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
         self.pipe: Connection[Any, Any] = Connection(ours.detach())
-        self._poll = select.poll()  # that of the connection makes a new one each time
+        # The connection's own poll makes a new object each time.
+        self._poll = select.poll()
         self._poll.register(self.pipe, select.POLLIN)
         self._deaths = deaths_for_memory()
         self.seconds = 0.0
@@ -191,12 +197,14 @@ class ChildProcess:
             if isinstance(message, Underway):
                 self.underway = message
                 continue
-            self.seconds, self._seen = 0.0, time.monotonic()  # its task's, if it has been starting
+            # Time of the task alone, where the child was still starting.
+            self.seconds, self._seen = 0.0, time.monotonic()
             if message != READY:
                 return message  # type: ignore[no-any-return]
             self.ready = True
         if self._process.poll() is not None and not self._poll.poll(0):
-            raise EOFError  # where it has started others, they hold the other end of the connection
+            # Processes that the child has started hold the other end of the connection, which thus never ends.
+            raise EOFError
         self.look()
         return None
 
@@ -231,7 +239,8 @@ class ChildProcess:
         return deaths_for_memory() > self._deaths
 
     def _send(self, message: object) -> None:
-        with suppress(OSError):  # it has died, as the other direction will say
+        # A child that has died is noticed where it is read from.
+        with suppress(OSError):
             self.pipe.send(message)
 
 
@@ -356,7 +365,8 @@ class Agent:
         assert child is not None
         try:
             done = child.receive()
-        except Exception:  # it has ended, or written what is no message
+        # The child has ended, or written what is no message.
+        except Exception:
             return self._dead(task, child)
         if isinstance(done, FarmError):
             self._begun = None

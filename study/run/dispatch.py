@@ -60,9 +60,11 @@ class TaskQueue:
         """Number of tasks that were taken and set aside, now and for good."""
         self._places = {key: place for place, key in enumerate(self.tasks)}
         self._behind = itertools.count(len(tasks))
-        self._missing: dict[str, set[str]] = {}  # of each task that has to wait: its needs that are not finished
+        # Task that has to wait -> its needs that are not finished.
+        self._missing: dict[str, set[str]] = {}
         self._dependents: defaultdict[str, list[str]] = defaultdict(list)
-        self._ready: list[tuple[int, str]] = []  # a heap: in order when it is made
+        # A heap; a sorted list is one from the beginning.
+        self._ready: list[tuple[int, str]] = []
         for task in tasks:
             needs = {need for need in task.needs if need in self.tasks}
             for need in needs:
@@ -334,7 +336,8 @@ def attempt(
         shortage = is_shortage(error)
         machine = shortage or isinstance(error, OSError)
         ending = Ending.OUT_OF_MEMORY if shortage else Ending.CRASHED
-        message = "".join(traceback.format_exception_only(error))  # also where its own text cannot be had
+        # Of any exception, also of one whose `str` raises.
+        message = "".join(traceback.format_exception_only(error))
         failed = Outcome(ending, message, cause=type(error).__name__)
         return finish(failed, trace=traceback.format_exc(), again=machine, passing=machine)
     machine = outcome.ending is Ending.OUT_OF_MEMORY
@@ -345,7 +348,8 @@ def print_failure(task: Work, done: Done) -> None:
     """Print on standard error that an attempt has failed, at once."""
     ending, message = done.outcome.ending, done.outcome.message
     if ending in UNDONE and not done.halt:
-        why = "" if done.trace and not done.died else f": {message}"  # the trace of an exception ends with it
+        # The trace of an exception ends with its message.
+        why = "" if done.trace and not done.died else f": {message}"
         print_notice(f"{done.where}: {task.label} {UNDONE[ending]}{why}\n{done.trace}")
 
 
@@ -366,7 +370,8 @@ class Ledger:
         self._crashed = 0
         self._failed: Counter[str] = Counter()
         self._refused: set[str] = set()
-        self._kept = True  # a result since the last one that could not be
+        # True if a result was kept since the last one that could not be.
+        self._kept = True
         self._measured = MeasuredTimes()
         self._seconds = 0.0
         self._processor = 0.0
@@ -506,9 +511,11 @@ class Dispatcher:
         """give: sends a list of tasks to a rank."""
         self._ledger, self._give = ledger, give
         self._lookahead = lookahead(ranks)
-        self._doing: list[dict[str, float]] = [{} for _ in range(ranks)]  # key -> expected seconds
+        # Rank by rank: key -> expected seconds.
+        self._doing: list[dict[str, float]] = [{} for _ in range(ranks)]
         self._load = np.zeros(ranks)
-        self._heard = np.zeros(ranks)  # when there was news of each that computes
+        # Time of the last news of each rank that computes.
+        self._heard = np.zeros(ranks)
         self._next_look = 0.0
 
     @property
@@ -539,10 +546,12 @@ class Dispatcher:
         now = dispatch_time.monotonic()
         if now < self._next_look:
             return []
-        self._next_look = now + 0.1 * STRANDED  # a look at all ranks takes its time
+        # A look at all ranks takes time, which messages wait for.
+        self._next_look = now + 0.1 * STRANDED
         late = np.flatnonzero(self._heard < now - max(STRANDED, 2.0 * self._lookahead)).tolist()
         found = [rank for rank in late if len(self._doing[rank]) > 1]
-        self._load[found] = self._heard[found] = math.inf  # until it is idle
+        # Nothing more for that rank until it is idle.
+        self._load[found] = self._heard[found] = math.inf
         return found
 
     def _parcel(self, rank: int) -> list[Any]:

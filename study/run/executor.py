@@ -48,7 +48,8 @@ def executor(out: Path) -> Callable[[Task | WarmUp | Settle], Outcome]:
     """
     for module in _NUMERICS:
         import_module(module)
-    arithmetic()  # while no task has harmed the process: it reads files
+    # It reads files: before any task can have used up all file descriptors.
+    arithmetic()
     store = Store(out)
     return partial(_execute, store, lru_cache(INPUTS)(partial(_read, store)))
 
@@ -64,7 +65,8 @@ def _execute(store: Store, read: Read, task: Task | WarmUp | Settle) -> Outcome:
     result = run_task(task, {key: read(key) for key in task.needs})
     if result.key != task.key:
         raise ValueError(f"a defect: what came of task {task.key} is a result of {result.key}")
-    if result.outcome.ending is not Ending.OUT_OF_MEMORY:  # another machine, or fewer ranks, may compute it
+    # Another machine, or fewer ranks, may compute the task.
+    if result.outcome.ending is not Ending.OUT_OF_MEMORY:
         try:
             store.write(result, task.shared)
         except StoreError as error:
@@ -79,7 +81,8 @@ def _read(store: Store, key: str) -> TaskResult:
             with suppress(FileNotFoundError):
                 return _with_arrays(store, store.read(key))
     except CorruptResultError as error:
-        raise OSError(str(error)) from error  # the next run computes it again
+        # The next run computes the task again.
+        raise OSError(str(error)) from error
     raise FileNotFoundError(errno.ENOENT, NOT_THERE, f"{store.folder}/{key}")
 
 

@@ -44,7 +44,8 @@ class Farm(ABC):
     def __init__(self, size: int, here: int, interruption: launch.Interruption) -> None:
         """here: how many of them are on this machine."""
         self.size, self.here, self.interruption = size, here, interruption
-        self._unsettled: set[int] = set()  # those that have computed since they wrote out their results
+        # Ranks that have computed since they wrote out their results.
+        self._unsettled: set[int] = set()
         self.advance: dispatch.Advance = dispatch.ignore_progress
         """Called with the progress of tasks."""
 
@@ -226,7 +227,8 @@ class MPIFarm(Farm):
         self._mpi, self._agent = mpi, agent
         self.rank = int(self._world.Get_rank())
         self.root = self.rank == 0
-        self._sent: deque[Any] = deque()  # messages that may not have left
+        # Messages that may not have left: their memory must not be freed.
+        self._sent: deque[Any] = deque()
         self._pause = SHORTEST_PAUSE
         # Messages of one rank do not overtake each other: each has the origin before its first task.
         for rank in range(1, self.size) if self.root else ():
@@ -238,7 +240,8 @@ class MPIFarm(Farm):
             text = "".join(traceback.format_exception(*error))
             print_notice(f"rank {self.rank} on {socket.gethostname()} cannot go on:\n{text}")
             time.sleep(launch.LAST_WORDS)
-            self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
+            # The other ranks wait for this rank's messages, and would wait for ever.
+            self._world.Abort(1)
 
     def load(self, tasks: int) -> None:
         """Have this rank's child import the modules of tasks."""
@@ -356,7 +359,8 @@ class MPIFarm(Farm):
         status, found = self._mpi.Status(), []
         while self._world.iprobe(source=self._mpi.ANY_SOURCE, tag=self._mpi.ANY_TAG, status=status):
             rank = status.Get_source()
-            found.append((rank, self._world.recv(source=rank)))  # from there the first is the one probed
+            # Messages of one rank keep their order: the first is the one that was probed.
+            found.append((rank, self._world.recv(source=rank)))
         return found
 
     def _wait(self, news: bool) -> None:
@@ -416,17 +420,22 @@ def open_farm(
     agents = [Agent(program, launch.launcher_rank() + number) for number in range(jobs or 1)]
     if launch.launcher_rank() == 0:
         for agent in agents:
-            agent.adopt(here())  # starts git, and a process that uses MPI should start none
+            # It starts git, and a process that uses MPI should start no other.
+            agent.adopt(here())
     with ExitStack() as stack:
         stack.callback(agents[0].close)
         interruption = launch.Interruption(grace)
-        if started > 1:  # a signal while MPI starts would end this rank alone, and the others would wait for it
+        # A signal while MPI starts would end this rank alone, and the others would wait for it.
+        if started > 1:
             stack.enter_context(interruption)
-        agents[0].start()  # before MPI, which may not like its process to start others
-        if launch.launcher_rank():  # rank 0 finds out whether there is a task
+        # Before MPI, some of which fail in a process that forks.
+        agents[0].start()
+        # Rank 0 finds out whether there is a task at all.
+        if launch.launcher_rank():
             agents[0].load()
         mpi = None if jobs else _mpi(started)
-        stack.pop_all()  # the farm goes on with them
+        # The farm closes the agents from here on.
+        stack.pop_all()
     return MPIFarm(mpi, agents[0], interruption) if mpi else ProcessFarm(agents, grace)
 
 
@@ -457,7 +466,8 @@ def _mpi(started: int) -> Any:
 def _start(mpi: Any) -> None:
     """Start the library by calling MPI's function directly: mpi4py holds the interpreter's lock during the call, so
     that the watching thread could not give up."""
-    if mpi.Is_initialized():  # by `python -m mpi4py`
+    # By `python -m mpi4py`, for example.
+    if mpi.Is_initialized():
         return
     watch = threading.Timer(LONGEST_START, _give_up)
     watch.daemon = True
@@ -468,7 +478,8 @@ def _start(mpi: Any) -> None:
     if code:
         raise RuntimeError(f"MPI_Init_thread returned {code}")
     for communicator in (mpi.COMM_WORLD, mpi.COMM_SELF):
-        communicator.Set_errhandler(mpi.ERRORS_RETURN)  # as mpi4py does: errors become exceptions
+        # As mpi4py does: errors become exceptions.
+        communicator.Set_errhandler(mpi.ERRORS_RETURN)
     atexit.register(lambda: mpi.Is_finalized() or mpi.Finalize())
 
 

@@ -55,7 +55,8 @@ class Journal(Watch):
         self._failed: set[str] = set()
         self._measured = MeasuredTimes()
         self._started, self._next = 0.0, FIRST
-        self._lock = Lock()  # a signal forgets what was begun from another thread
+        # A signal forgets what was begun, from another thread.
+        self._lock = Lock()
         self._begun: int | None = None
         self._forgotten = False
 

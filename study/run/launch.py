@@ -205,7 +205,8 @@ class Interruption:
         signal.set_wakeup_fd(self._old_wakeup)
         for number, handler in self._handlers.items():
             signal.signal(number, handler)
-        os.close(self._write_end)  # ends the watcher
+        # The end of its pipe ends the watcher.
+        os.close(self._write_end)
         if self._watcher is not None:
             self._watcher.join()
             self._watcher = None

@@ -219,7 +219,8 @@ class Progress(Watch):
 class TerminalProgress(Progress):
     """A bar that moves with the work done, and never back if estimates rise."""
 
-    _every = 0.0  # its line is rewritten
+    # Its line on the terminal is rewritten.
+    _every = 0.0
 
     def __init__(
         self, tasks: Sequence[Work], console: Any, ranks: int = 1, measured: MeasuredTimes | None = None

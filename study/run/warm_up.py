@@ -31,7 +31,8 @@ def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
     unlike = {_kernel_choices(task): task for task in tasks}
     found: dict[str, Task] = {}
     for task in unlike.values():
-        with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
+        # A task that cannot be made small compiles its kernels itself.
+        with suppress(InvalidInput):
             found |= {each.key: each for each in KINDS[task.kind].miniature(task)}
     return tuple(found.values())
 
@@ -94,7 +95,8 @@ def _compute(tasks: Sequence[Task], folder: Path) -> None:
     store = Store(folder)
     store.prepare()
     for task in tasks:
-        with suppress(Exception):  # it fails again in a task of the run, where it is reported
+        # A kernel that fails here fails again in a task of the run, where it is reported.
+        with suppress(Exception):
             needs = {key: make_record(key) if task.drive else store.read(key) for key in task.needs}
             store.write(run_task(task, needs), task.shared)
 

@@ -64,7 +64,7 @@ def drive_task(
     of_drives, text = own_ensemble("drive", ensemble)
     marks = list_marks(scalars=scalars_only, unfitted=not fitted, critical=critical)
     key = task_key("drive", record.key, drive_text(drive), text, *marks)
-    needs = (record.key,)
+    needs: tuple[str, ...] = (record.key,)
     # A target may need members that have no record yet; a contact that remembers is slid by its own drive.
     if of_drives.within is not None or drive.memory:
         needs = (record.key, *compliance_needs(case.slab))
