@@ -144,7 +144,8 @@ def run(
         path, made = folder / file.FILE, dataset_hash(plan.manifest, ended.store)
         if not (is_current_dataset(path, ended.store, made) and file.has_its_bytes(path)):
             collected = collect(plan, ended.store)
-            ended.store.prepare()  # sets aside what could not be read
+            # It sets aside what could not be read.
+            ended.store.prepare()
             if lost := losses(path, collected):
                 raise StoreError(f"{path}: not replaced: has {'; '.join(lost)}; run again to continue")
             if kept := file.keep_edited(path):
@@ -232,7 +233,8 @@ def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
     if len(found) > 1:
         raise ValueError(f"{len(found)} cases have {selection}: needs to single out one")
     case, ensemble = found[0], manifest.ensemble
-    with threadpoolctl.threadpool_limits(limits=1):  # sums depend on their number
+    # Sums depend on the number of threads.
+    with threadpoolctl.threadpool_limits(limits=1):
         compliance = surface_compliance(case.slab)
         return [record_of_member(case, compliance, ensemble, number) for number in range(ensemble.members)]
 
@@ -248,8 +250,10 @@ def _computing(stack: ExitStack, out: AnyPath | None, jobs: int, comm: Any = Non
         raise ValueError(f"comm with jobs = {jobs!r}, out = {out!r}: needs out, and no jobs")
     if comm is None and (ranks := processes_started()) > 1:
         _warn(4, f"one of {ranks} ranks computes all of it itself: ranks share a run with comm=MPI.COMM_WORLD")
-    _ = scipy.linalg  # loads its library, which brings threads of its own: what is loaded later would keep them
-    stack.enter_context(threadpoolctl.threadpool_limits(limits=1))  # sums depend on their number
+    # scipy's own library brings threads, too: one that is loaded later would keep them.
+    _ = scipy.linalg
+    # Sums depend on the number of threads.
+    stack.enter_context(threadpoolctl.threadpool_limits(limits=1))
     folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
     program = task_program(folder)
     farm = _farm(program, jobs, stack) if comm is None else stack.enter_context(sharing(comm, program))
@@ -316,7 +320,8 @@ def read_campaign(campaign: Campaign) -> Manifest:
         return load_manifest(shipped.campaign_file(Path(campaign)))
     given, frames = dict(campaign), dict[str, str]()
     frame: Any = given.get("table")
-    if hasattr(frame, "to_csv"):  # a DataFrame of pandas
+    # A DataFrame of pandas.
+    if hasattr(frame, "to_csv"):
         given["table"], frames["table"] = "table.csv", frame.to_csv(index=False)
     try:
         text = as_toml(given)

@@ -39,7 +39,8 @@ def canonical_text(value: object) -> str:
     if value is None or isinstance(value, int):
         return str(value) if type(value) is int else json.dumps(value)  # which takes ten times as long
     if is_dataclass(value):
-        kind = {"type": type(value).__name__}  # two types without fields differ
+        # Two types without fields differ by their names alone.
+        kind = {"type": type(value).__name__}
         return _canonical_mapping(kind | {item.name: getattr(value, item.name) for item in fields(value)})
     if isinstance(value, Mapping):
         return _canonical_mapping({str(key): item for key, item in value.items()})
@@ -96,13 +97,15 @@ class Texts:
         """The canonical text of a value's content."""
         its = self._fields.get(type(value)) or self._fields.setdefault(type(value), _canonical_fields(type(value)))
         rest = its.rest(value)
-        alike = (self._others(value), *map(id, rest))  # parts are shared, and hashed more slowly than all else is done
+        # By identity, as parts are shared, and hashing them would take longer than all else.
+        alike = (self._others(value), *map(id, rest))
         found, _ = self._patterns.get(alike, (None, None))
         if found is None:
             if len(self._patterns) >= MOST_PATTERNS:
                 self._patterns.clear()
             found = _pattern(self._content(value), its.names)
-            self._patterns[alike] = found, rest  # while they are kept no other part has their place
+            # While the parts are kept no other object has their identity.
+            self._patterns[alike] = found, rest
         numbers = its.numbers(value)
         return CanonicalText(found.text % tuple([numbers[place].hex() for place in found.places]))
 

@@ -213,7 +213,8 @@ def computing_origin() -> Origin:
 @lru_cache(maxsize=1)
 def arithmetic() -> dict[str, str]:
     """Software and hardware of arithmetic: the BLAS of numpy and scipy, which is loaded, and the processor's features."""
-    import_module("scipy.linalg")  # else the task that happens to come first would decide which libraries are there
+    # Else the task that happens to come first would decide which libraries are loaded.
+    import_module("scipy.linalg")
     return {"blas": blas(), "processor_features": features()}
 
 
@@ -242,7 +243,8 @@ def _folders(package: str) -> list[str]:
 
 def _locate_package(module: str) -> ModuleSpec:
     found = importlib.util.find_spec(module)
-    assert found is not None  # without it this would not run
+    # Without the package this line would not run.
+    assert found is not None
     return found
 
 

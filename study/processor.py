@@ -15,7 +15,8 @@ def description() -> Mapping[str, str]:
     found: dict[str, str] = {}
     with suppress(OSError), DESCRIPTION.open(encoding="utf-8", errors="replace") as lines:
         for line in lines:
-            if not line.strip():  # what follows describes the other processors
+            # What follows describes the other processors.
+            if not line.strip():
                 break
             name, _, value = line.partition(":")
             found[name.strip().lower()] = value.strip()

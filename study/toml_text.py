@@ -57,14 +57,16 @@ def _value(value: Any, where: str) -> str:
         return "true" if value else "false"
     if isinstance(value, str | os.PathLike):
         return _text(os.fspath(value))
-    if isinstance(value, int | float):  # numpy's, too, which write themselves in another way
+    # Numbers of numpy, too, whose `repr` is another one.
+    if isinstance(value, int | float):
         return float.__repr__(value) if isinstance(value, float) else int.__repr__(value)
     if isinstance(value, Mapping):
         inside = (f"{_key(key)} = {_value(each, f'{where}.{key}')}" for key, each in value.items() if each is not None)
         return "{" + ", ".join(inside) + "}"
     if isinstance(value, list | tuple | range):
         return "[" + ", ".join(_value(each, f"{where}[{place}]") for place, each in enumerate(value)) + "]"
-    if hasattr(value, "tolist"):  # of numpy
+    # Arrays and numbers of numpy.
+    if hasattr(value, "tolist"):
         return _value(value.tolist(), where)
     raise TypeError(f"{where} = {value!r}: needs a text, a number, true or false, a list or a table")
 
@@ -86,6 +88,7 @@ def quote_toml(value: object) -> str:
     """A value in the notation of TOML or nearly so, at most SHOWN characters."""
     try:
         text = float.__repr__(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)
-    except (ValueError, RecursionError):  # Python writes no number of more than 4300 digits, and nothing nested deeply
+    # Python writes no number of more than 4300 digits, and nothing that is nested deeply.
+    except (ValueError, RecursionError):
         return quote_value(value)
     return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."

@@ -106,7 +106,8 @@ def deciding(
     if drive is None and variable in uncertain_names(KINDS[DRIVE]):
         drive = next(each.drive for each in manifest.drives if each.drive)
     search = _Search(manifest, case, variable, most, drive, Store(out / FOLDER) if out else None, announce)
-    coarser = search.best(FACTORS["coarser"])  # the cheap one tells what the other takes
+    # The cheaper grid shows what the finer one takes.
+    coarser = search.best(FACTORS["coarser"])
     spacings = (search.best(FACTORS["finer"]), coarser)
     friction, without_drop = sliding_friction(case.case), math.nan
     if case.case.slip_rule.residual_shear < 1.0 and math.isfinite(friction):
@@ -153,7 +154,8 @@ class _Search:
         own = dict(zip(self.case.labels.names, self.case.values, strict=True))
         given = dict(self.manifest.fixed)
         given.update({name: value for name, value in own.items() if value is not None})
-        nodes = 2 * round(self._spaces / factor / 2) + 1  # all schemes take odd numbers alone
+        # All schemes take odd numbers of nodes.
+        nodes = 2 * round(self._spaces / factor / 2) + 1
         assert self.case.case is not None
         with suppress(InvalidInput):
             other = make_case({**given, "n_x": nodes})
@@ -181,7 +183,8 @@ class _Search:
                 return replace(found, seconds=seconds)
             if self.announce:
                 self.announce(found.n_x, seconds)
-            if not self.rate:  # loads libraries and compiles kernels
+            # The first computation loads libraries and compiles kernels, which is not to be measured.
+            if not self.rate:
                 compute_tasks(self._tasks(other, Ensemble()), {})
             done: Done = {}
             compute_tasks(tasks, done)

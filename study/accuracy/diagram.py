@@ -76,7 +76,8 @@ FRONT_MARK = "*"
 
 def as_table(diagram: Diagram) -> Table:
     """All rows of a diagram, a value and its uncertainty in one cell; the rows on the front are marked."""
-    keys = table_words("numerics")  # stay as they are written
+    # Their values stay as they are written.
+    keys = table_words("numerics")
     header = [name if name in keys else name.replace("_", " ") for name in diagram.shown]
     rows = []
     for row, is_on_front in zip(diagram.rows, diagram.on_front, strict=True):

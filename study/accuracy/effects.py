@@ -20,9 +20,8 @@ from nanoslip.solver.effects import OF_CASES, OF_DRIVES, Effect
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import quantities
-from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.cases import CampaignCase, refuse_with_stages
 from nanoslip.study.manifest.checker import find_refusal
-from nanoslip.study.manifest.effects import refuse_with_stages
 from nanoslip.study.manifest.manifest import OF_CONTACTS, USUAL_MEMBERS, Manifest, TargetTable
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.plan.plan import evenly, key_of_duration
@@ -236,7 +235,8 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[d
 
     done: results and their core seconds; new ones are added.
     """
-    for ensemble in (Ensemble(), scenes.ensemble):  # the first one loads libraries and compiles kernels
+    # The first ensemble loads libraries and compiles kernels; the time of the second one counts.
+    for ensemble in (Ensemble(), scenes.ensemble):
         tasks = scene_tasks(scenes.manifest, case, drives, ensemble, scenes.variables)
         compute_tasks(tasks, done)
     found = dict[Place, TaskResult]()
@@ -256,7 +256,8 @@ def compute_tasks(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
             result, seconds = measure_time(partial(run_task, task, inputs))
             done[task.key] = result, seconds
             for array in result.arrays.values():
-                array.setflags(write=False)  # as a store gives it: kernels are compiled for that
+                # As a store gives arrays: kernels are compiled for these.
+                array.setflags(write=False)
 
 
 def scalar_key(variable: str, result: TaskResult) -> str:

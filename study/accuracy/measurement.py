@@ -203,7 +203,8 @@ def _measure(setup: Setup, effort: Effort) -> Measurement:
     diagrams = [each(setup, effort) for each in measures]
     try:
         diagrams.append(measure_integrators(setup, effort))
-    except SolverError as error:  # a record without a plateau drives no pin
+    # A record without a plateau drives no pin.
+    except SolverError as error:
         remark = f"dynamics: {error}"
     return Measurement(f"{TITLE}: {setup.title}", tuple(diagrams), remark)
 

@@ -53,7 +53,8 @@ def discretizations(slab: Slab, size: int) -> Iterator[Slab]:
     names = [name for name, kind in SCHEMES.items() if kind.continuum and not kind.endless]
     ways: list[dict[str, Any]] = [{"scheme": "galerkin", **grading} for grading in GRADINGS]
     for way in [*({"scheme": name} for name in names), *ways]:
-        with suppress(InvalidInput):  # rows finer than the surface
+        # Rows finer than the surface are refused.
+        with suppress(InvalidInput):
             yield change_discretization(slab, {"n_x": size, **way})
 
 

@@ -27,7 +27,8 @@ def measure_tasks(plan: Plan) -> MeasuredTimes:
     tasks = [("", task) for task in distinct.values()]
     times, done = MeasuredTimes(), Done()
     with threadpoolctl.threadpool_limits(limits=1):
-        compute_tasks(tasks, {})  # loads libraries and compiles kernels
+        # The first computation loads libraries and compiles kernels, which is not to be measured.
+        compute_tasks(tasks, {})
         compute_tasks(tasks, done)
     for task in distinct.values():
         _, seconds = done[task.key]

@@ -102,7 +102,8 @@ def read_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
     for parameters and other numbers that do not differ between members."""
     try:
         groups = read_groups(rows.root)
-    except LostGroupsError:  # numbers alone, as those of joined campaigns
+    # A dataset of numbers alone, as that of joined campaigns.
+    except LostGroupsError:
         groups = Groups({})
     for group_name, group in variables.all_groups().items():
         held = groups.get(group_name)
@@ -239,7 +240,8 @@ class Accessor:
             return seen
         pressure = seen["pressure"].transpose(..., "contact_node").values
         y = seen["y"].values
-        largest = pressure.reshape(-1, len(y)).max(axis=0)  # of all events and members, at each node
+        # Of all events and members, at each node.
+        largest = pressure.reshape(-1, len(y)).max(axis=0)
         row = y[int(largest.argmax())]
         return seen.isel(contact_node=np.flatnonzero(y == row))
 

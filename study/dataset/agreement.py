@@ -49,7 +49,8 @@ def real(values: NDArray[Any] | xr.Variable) -> bool:
 
 def magnitude(values: NDArray[Any]) -> float:
     """The largest finite magnitude."""
-    return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+    finite = values[np.isfinite(values)]
+    return float(np.max(np.abs(finite), initial=0.0))
 
 
 def distances(one: Any, other: Any) -> Any:
@@ -57,7 +58,9 @@ def distances(one: Any, other: Any) -> Any:
     with np.errstate(invalid="ignore"):
         apart = np.abs(np.subtract(one, other, dtype=float))
     same = (one == other) | (np.isnan(one) & np.isnan(other))
-    return np.where(same, 0.0, np.nan_to_num(apart, nan=np.inf, posinf=np.inf))
+    # A number beside none, or over an error of 0, differs by as much as can be.
+    finite = np.nan_to_num(apart, nan=np.inf, posinf=np.inf)
+    return np.where(same, 0.0, finite)
 
 
 def deviations(one: Any, other: Any, errors: tuple[Any, Any]) -> Any:
@@ -146,7 +149,9 @@ def compare_values(
         verdict, size = find_verdict(kept, again, largest, rounding=rounding)
         if np.isfinite(size):
             return Difference(name, verdict, size)
-    first = int(np.argmin(same_bits(kept, again) | (kept == again)))  # 0.0 and -0.0 are the same in words
+    # 0.0 and -0.0 are the same in words.
+    same = same_bits(kept, again) | (kept == again)
+    first = int(np.argmin(same))
     return odd(name, f"{_short(kept.item(first))} kept, {_short(again.item(first))} recomputed")
 
 

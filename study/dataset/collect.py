@@ -84,7 +84,9 @@ class Layout:
     def places(self) -> NDArray[np.intp]:
         """(cases,) Where each case of the campaign lies, counted through all of them, the last dimension fastest."""
         numbers = np.arange(math.prod(self.shape)).reshape(self.shape)
-        return numbers.transpose([list(self.axes).index(name) for name in self.order]).ravel()
+        names = list(self.axes)
+        in_order = numbers.transpose([names.index(name) for name in self.order])
+        return in_order.ravel()
 
 
 def case_layout(manifest: Manifest) -> Layout:
@@ -99,8 +101,10 @@ def case_layout(manifest: Manifest) -> Layout:
     for drive in manifest.drives:
         point = {"drive": drive.name, **drive.point}
         position[drive.label] = tuple(drive_axes[name].index(point[name]) for name in drive_axes)
+    # Cases that are no full product would leave most of an array over all axes empty.
     if manifest.design != "product":
-        return Layout({"case": tuple(range(manifest.case_count))}, ("case",), drive_axes, position)
+        numbers = tuple(range(manifest.case_count))
+        return Layout({"case": numbers}, ("case",), drive_axes, position)
     common = {name: (value,) for name, value in common_labels(manifest).standard.items()}
     values = {**common, **manifest.axes}
     further = (name for name in manifest.axes if name not in STANDARD)
@@ -112,40 +116,47 @@ def case_layout(manifest: Manifest) -> Layout:
 
 def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
     """The drives' names and settings: an axis of drives along itself, other settings along the axes with which they vary."""
-    found: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {}
     points: dict[tuple[int, ...], dict[str, Any]] = {}
     for drive in manifest.drives:
-        points[layout.drive_position[drive.label]] = {"drive": drive.name, **drive.settings}
+        position = layout.drive_position[drive.label]
+        points[position] = {"drive": drive.name, **drive.settings}
     for name in ("drive", *parameters()) if points else ():
         label = variables.DRIVE_NAME if name == "drive" else parameters()[name]
         if name in layout.drive_axes:
-            found[name] = (name, label_array(layout.drive_axes[name]), attributes(label))
+            coordinates[name] = (name, label_array(layout.drive_axes[name]), attributes(label))
             continue
         values = {position: point.get(name) for position, point in points.items()}
+        # A setting that no drive uses is no coordinate.
         if any(value is not None for value in values.values()):
-            found[name] = (*_spread(values, layout.drive_axes), attributes(label))
-    return found
+            coordinates[name] = (*_spread(values, layout.drive_axes), attributes(label))
+    return coordinates
 
 
 def _spread(given: Mapping[tuple[int, ...], Any], axes: Mapping[str, Sequence[Value]]) -> tuple[tuple[str, ...], Any]:
     """Dimensions and values of a setting of the drives, without the axes along which it is the same; `drive` stays."""
-    values = np.full(tuple(len(each) for each in axes.values()), None, dtype=object)
+    shape = tuple(len(labels) for labels in axes.values())
+    values = np.full(shape, None, dtype=object)
     for position, value in given.items():
         values[position] = value
     dims = tuple(axes)
     for axis in axes:
-        first = values.take([0], dims.index(axis))
+        place = dims.index(axis)
+        first = values.take([0], place)
         if axis != "drive" and np.all(values == first):
-            values, dims = first.squeeze(dims.index(axis)), tuple(dim for dim in dims if dim != axis)
-    return dims, label_array(values.ravel().tolist()).reshape(values.shape)[()]
+            values = first.squeeze(place)
+            dims = tuple(dim for dim in dims if dim != axis)
+    labels = label_array(values.ravel().tolist()).reshape(values.shape)
+    # An array without a dimension becomes its one value.
+    return dims, labels[()]
 
 
 def label_array(values: Sequence[Any]) -> NDArray[Any]:
     """Values of a label, texts at their length; None is a missing value."""
     words = any(isinstance(value, str) for value in values)
     missing: Any = "" if words else np.nan
-    found = [missing if value is None else value for value in values]
-    return texts(found) if words else np.array(found)
+    labels = [missing if value is None else value for value in values]
+    return texts(labels) if words else np.array(labels)
 
 
 # The coordinates of a dataset: every parameter that matters, and the cases' names.
@@ -162,7 +173,8 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
     exclusions = _exclusions(task_kinds(manifest))
     files = [name for name in file_parameters() if name in manifest.axes]
     names = [name for name in (*parameters(), *files) if name not in layout.axes]
-    able = sum(case.case is not None for case in cases)
+    possible = sum(case.case is not None for case in cases)
+    # In a list of cases an axis and a standard parameter label each, also where it has one value.
     along = {*manifest.axes, *STANDARD} if "case" in dims else ()
     rows = [_values(case, names, exclusions) for case in cases]
     for name, values in zip(names, zip(*rows, strict=True), strict=True):
@@ -170,10 +182,13 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
         if not present:
             continue
         about = attributes(_parameter(name))
-        if len(set(present)) == 1 and len(present) >= able and name not in along:
+        # Refused cases may lack a value that all others share; one that changes no result in some cases varies.
+        is_common = len(set(present)) == 1 and len(present) >= possible
+        if is_common and name not in along:
             found[name] = ((), present[0], about)
         else:
-            found[name] = (dims, _arrange(places, values).reshape(layout.shape), about)
+            arranged = _arrange(places, values)
+            found[name] = (dims, arranged.reshape(layout.shape), about)
     return found | _si_twins(manifest, found) | drive_coordinates(manifest, layout)
 
 
@@ -191,10 +206,12 @@ def _si_twins(manifest: Manifest, found: Mapping[str, Any]) -> dict[str, Any]:
         return {}
     coordinates = {}
     for name, twin in si_coordinates().items():
-        if name in found:
-            dims, values, _ = found[name]
-            scale = getattr(scales, parameters_of_a_case()[name].scale)
-            coordinates[twin.name] = (dims, np.asarray(values, float) * scale, attributes(twin))
+        if name not in found:
+            continue
+        dims, values, _ = found[name]
+        scale = getattr(scales, parameters_of_a_case()[name].scale)
+        in_si = np.asarray(values, float) * scale
+        coordinates[twin.name] = (dims, in_si, attributes(twin))
     return coordinates
 
 
@@ -212,15 +229,17 @@ def _values(case: CampaignCase, names: Sequence[str], exclusions: tuple[Exclusio
 def _arrange(places: NDArray[np.intp], values: Sequence[Any]) -> NDArray[Any]:
     """Arrange values at their places; None is a missing value."""
     labels = label_array(values)
-    arranged = np.empty(len(values), np.int64 if labels.dtype == np.bool_ else labels.dtype)
+    # netCDF has no type for true and false.
+    kind = np.int64 if labels.dtype == np.bool_ else labels.dtype
+    arranged = np.empty(len(values), kind)
     arranged[places] = labels
     return arranged
 
 
 def _parameter(name: str) -> Quantity:
-    return parameters().get(name) or Quantity(
-        name, f"{'file' if name in file_parameters() else 'number'} of the {name}"
-    )
+    # An axis of files is labelled by their names, a list of cases by their numbers.
+    content = "file" if name in file_parameters() else "number"
+    return parameters().get(name) or Quantity(name, f"{content} of the {name}")
 
 
 # The variables of a dataset over its cases, and over the drives of each.
@@ -267,16 +286,19 @@ class CaseVariables:
 
     def variables(self) -> dict[str, xr.Variable]:
         """All variables by name, with the values set so far."""
-        layout, found = self._layout, {}
+        layout, filled = self._layout, {}
         for kind in self._waiting:
             self._enter_waiting(kind)
-        for quantity in (each for each in self._quantities.values() if each.uncertainty in self._values):
-            self._values[quantity.uncertainty].reshape(len(self._as_one), -1)[self._as_one] = np.nan
+        # Drives over records that are all the same have no ± either: known only once all records have been entered.
+        for quantity in self._quantities.values():
+            if quantity.uncertainty in self._values:
+                by_case = self._values[quantity.uncertainty].reshape(len(self._as_one), -1)
+                by_case[self._as_one] = np.nan
         for name, values in self._values.items():
             axes = layout.axes | layout.drive_axes if self._driven[name] else layout.axes
             shaped = values.reshape(tuple(map(len, axes.values())))
-            found[name] = xr.Variable(tuple(axes), shaped, attributes(self._quantities[name]))
-        return found
+            filled[name] = xr.Variable(tuple(axes), shaped, attributes(self._quantities[name]))
+        return filled
 
     def put(self, name: str, place: int, drive: str, value: object) -> None:
         """Set one value. place: of the case, as in `Layout.places`."""
@@ -299,45 +321,56 @@ class CaseVariables:
 
     def enter_software(self, place: int, results: Results) -> None:
         """Set which software a case, and each of its drives, stems from."""
-        found: dict[str, list[Origins]] = {}
+        origins: dict[str, list[Origins]] = {}
         for (kind, name), result in results.items():
             if kind != "compliance":
-                found.setdefault(name, []).append(result.origins or (NOBODY,))
-        for name, parts in found.items():
+                origins.setdefault(name, []).append(result.origins or (NOBODY,))
+        for name, parts in origins.items():
             outcome = variables.OUTCOMES[DRIVE if name else ""]
             self.put(outcome.computed_by.name, place, name, _names(tuple(parts)))
 
     def enter(self, place: int, case: Case, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
         """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""
         waiting = self._waiting[result.kind]
-        if result.scalars:  # of what was refused there are none
-            waiting.append(_Row(self._place(KINDS[result.kind].driven, place, drive), result.scalars, by))
+        # A refused case has no scalars.
+        if result.scalars:
+            row_place = self._place(KINDS[result.kind].driven, place, drive)
+            waiting.append(_Row(row_place, result.scalars, by))
             if result.kind in _COUNTED:
                 count = len(next(iter(result.scalars.values())))
                 self.put(_COUNTED[result.kind].name, place, drive, count)
+        # Many results are entered together, by few operations on arrays.
         if len(waiting) >= PIECE:
             self._enter_waiting(result.kind)
-        if (flags := member_flags(case, result)) is not None:
-            if result.kind == "path":  # beside its record's
-                flags |= int(self._values[variables.VALIDITY.name][place])
-            self.put(variables.VALIDITY.name, place, drive, flags)
-            self.put(variables.ADVICE.name, place, drive, _advice(flags))
+        flags = member_flags(case, result)
+        if flags is None:
+            return
+        # A case with a path and a record has the flags of both.
+        if result.kind == "path":
+            flags |= int(self._values[variables.VALIDITY.name][place])
+        self.put(variables.VALIDITY.name, place, drive, flags)
+        self.put(variables.ADVICE.name, place, drive, _advice(flags))
 
     def _declare_all(self, manifest: Manifest, groups: Sequence[Group]) -> None:
         kinds = task_kinds(manifest)
         for kind, ended in variables.OUTCOMES.items():
-            for text in ended if not kind or kind in kinds else ():
+            if kind and kind not in kinds:
+                continue
+            for text in ended:
                 self._declare(kind, text, PENDING if text == ended.ending else "")
-        for each in (variables.ADVICE, variables.MEMBERS):
-            self._declare("", each, "" if each == variables.ADVICE else np.nan)
+        self._declare("", variables.ADVICE, "")
+        self._declare("", variables.MEMBERS, np.nan)
         if DRIVE in kinds:
             self._declare(DRIVE, variables.DRIVE_MEMBERS, np.nan)
-        for kind in (each for each in KINDS if each in kinds):
-            apart = names_to_drop(KINDS[kind], manifest)
+        # In the order of KINDS, not of a set: variables have the same order in every dataset.
+        for kind in KINDS:
+            if kind not in kinds:
+                continue
+            dropped = names_to_drop(KINDS[kind], manifest)
             if kind in variables.OWN_MESSAGES:
                 self._declare(kind, variables.OWN_MESSAGES[kind], "")
             stated = [*scalars(kind), *own_quantities(kind, manifest).items()]
-            self._scalars[kind] = [each for each in stated if each[0] not in apart]
+            self._scalars[kind] = [(name, quantity) for name, quantity in stated if name not in dropped]
             for _, quantity in self._scalars[kind]:
                 for variable in (quantity, *quantity.beside):
                     self._declare(kind, variable, _empty_value(variable))
@@ -347,12 +380,18 @@ class CaseVariables:
     def _declare(self, kind: str, quantity: Quantity, fill: Any) -> None:
         """A variable, and its fill value."""
         driven = bool(kind) and KINDS[kind].driven
-        count = math.prod(self._layout.shape) * (self._drives if driven else 1)
+        count = math.prod(self._layout.shape)
+        if driven:
+            count *= self._drives
         self._driven[quantity.name], self._quantities[quantity.name] = driven, quantity
-        self._values[quantity.name] = np.full(count, fill, dtype=object if isinstance(fill, str) else None)
+        # Texts as objects: an array of fixed length would cut those that are longer than the first.
+        dtype = object if isinstance(fill, str) else None
+        self._values[quantity.name] = np.full(count, fill, dtype=dtype)
 
     def _place(self, driven: bool, place: int, drive: str) -> int:
-        return place * self._drives + self._drive_place[drive] if driven else place
+        if not driven:
+            return place
+        return place * self._drives + self._drive_place[drive]
 
     def _enter_waiting(self, kind: str) -> None:
         """Set the scalars of the waiting results, results with the same names and number of members together."""
@@ -366,26 +405,29 @@ class CaseVariables:
 
     def _enter_alike(self, kind: str, rows: Sequence[_Row]) -> None:
         """Set the scalars of these results, a variable after the other: means over the members, (results, members) each."""
-        stated = [list(row.scalars.values()) for row in rows]
-        numbers = np.array(stated, float).swapaxes(0, 1)
-        found = dict(zip(rows[0].scalars, numbers, strict=True))
+        by_result = [list(row.scalars.values()) for row in rows]
+        numbers = np.array(by_result, float).swapaxes(0, 1)
+        columns = dict(zip(rows[0].scalars, numbers, strict=True))
         places = np.array([row.place for row in rows])
         if kind == "record":
-            self._as_one[places] = variables.alike_starts(found)
+            self._as_one[places] = variables.alike_starts(columns)
         for name, quantity in self._scalars[kind]:
-            if quantity.name == variables.VALIDITY.name or name not in found:
+            # Flags have been combined bit by bit: they have no mean.
+            if quantity.name == variables.VALIDITY.name or name not in columns:
                 continue
             if quantity.words:
-                self._enter_words(quantity, places, found[name])
+                self._enter_words(quantity, places, columns[name])
                 continue
-            known = variables.mean_in_dataset(found, name, quantity)
+            means = variables.mean_in_dataset(columns, name, quantity)
             unit = np.array([row.factors[quantity.per] for row in rows])
-            self._values[quantity.name][places] = known.mean * unit
+            self._values[quantity.name][places] = means.mean * unit
             if quantity.ensemble:
-                self._values[quantity.uncertainty][places] = known.uncertainty * np.abs(unit)
+                # An error has no sign, whatever that of its scale.
+                size = np.abs(unit)
+                self._values[quantity.uncertainty][places] = means.uncertainty * size
                 if quantity.shared:
-                    self._values[quantity.shared_error][places] = known.shared * np.abs(unit)
-                self._values[quantity.members][places] = known.members
+                    self._values[quantity.shared_error][places] = means.shared * size
+                self._values[quantity.members][places] = means.members
 
     def _enter_words(self, quantity: Quantity, places: NDArray[np.intp], numbers: NDArray[np.float64]) -> None:
         """Set the word of most members, empty if too few have one, and how many have each. numbers: (results, members)."""
@@ -426,7 +468,8 @@ def software_group(counts: Mapping[Origin, int]) -> xr.Dataset:
     names, *others = (_origin_texts(origins, fact) for fact in facts)
     columns = zip(variables.SOFTWARE, (names, results, *others), strict=True)
     dim = variables.SOFTWARE[0].name
-    return xr.Dataset({variable.name: (dim, values, attributes(variable)) for variable, values in columns})
+    contents = {variable.name: (dim, values, attributes(variable)) for variable, values in columns}
+    return xr.Dataset(contents)
 
 
 def _origin_texts(origins: Sequence[Origin], fact: str) -> NDArray[Any]:
@@ -440,11 +483,15 @@ def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
         values: Counter[str] = Counter()
         for origin, count in counts.items():
             values[getattr(origin, item.name)] += count
+        # By name where two are equally frequent: the order of results must not show.
         frequent = sorted(values.items(), key=lambda pair: (-pair[1], pair[0]))
         several = [f"{value} ({count} results)" for value, count in frequent]
-        found[item.name] = ", ".join(several if len(several) > 1 else values) or "nothing is computed yet"
+        text = ", ".join(several if len(several) > 1 else values)
+        found[item.name] = text or "nothing is computed yet"
     mixed = mixture(counts)
-    return {**found, MIXED: mixed} if mixed else found
+    if mixed:
+        found[MIXED] = mixed
+    return found
 
 
 # The results of a campaign's cases, and how their tasks ended.
@@ -462,16 +509,17 @@ class Finished:
 
     def results(self, keys: CaseTasks) -> Results:
         """Results of a case without its compliance. keys: of its tasks."""
-        found: dict[tuple[str, str], TaskResult] = {}
-        for task, key in keys.items():
-            if key not in self._known or task[0] == "compliance":
+        results: dict[tuple[str, str], TaskResult] = {}
+        for (kind, drive), key in keys.items():
+            if key not in self._known or kind == "compliance":
                 continue
             result = self._store.find(key)
             if result:
-                found[task] = result
-            else:  # damaged since
+                results[kind, drive] = result
+            # Damaged since the store was opened: the case is pending again, not half a case.
+            else:
                 del self._known[key]
-        return found
+        return results
 
     def outcomes(self, keys: CaseTasks) -> dict[str, Outcome]:
         """Outcomes of the tasks of a case whose results were taken."""
@@ -491,13 +539,14 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
     manifest = plan.manifest
     layout = case_layout(manifest)
     runs = _runs(manifest, store.folder)
-    table = CaseVariables(manifest, layout, [each.group for each in runs])
+    table = CaseVariables(manifest, layout, [group_runs.group for group_runs in runs])
     finished, origins = Finished(plan, store), dict[str, Origins]()
     drives = {drive.label: drive.drive for drive in manifest.drives}
     for number, (place, case) in enumerate(zip(layout.places.tolist(), plan.cases, strict=True), 1):
         keys = plan.case_tasks[case.case_id]
         results = finished.results(keys)
         origins.update((result.key, result.origins) for result in results.values())
+        # Asked for after the results: a result that turned out to be damaged has no outcome any more.
         outcomes = finished.outcomes(keys)
         table.enter_outcome(place, case_outcome(plan, case, outcomes))
         for drive in manifest.drives:
@@ -511,19 +560,22 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
                 by[name] = variables.factors(case.case, manifest.scales, drives.get(name))
             for (_, name), result in results.items():
                 table.enter(place, case.case, name, result, by[name])
-            for each in runs:
-                for name in drives if each.group.driven else ("",):
-                    tasks = [(kind, name) for kind in each.group.kinds]
+            for group_runs in runs:
+                group = group_runs.group
+                for name in drives if group.driven else ("",):
+                    tasks = [(kind, name) for kind in group.kinds]
                     parts = [results[task] for task in tasks if task in results]
                     if parts:
-                        run = each.add(parts, by[name], case.case_id, name)
-                        table.put(each.group.id.name, place, name, run)
+                        run = group_runs.add(parts, by[name], case.case_id, name)
+                        table.put(group.id.name, place, name, run)
         heard(number)
-    counts = census(origins.values())  # a result counts once, however many cases share it
+    # A result counts once, however many cases share it.
+    counts = census(origins.values())
     along = coordinates(manifest, plan.cases, layout)
     root = xr.Dataset(table.variables(), along, _attributes(manifest, counts))
-    groups = {each.group.name: each.dataset() for each in runs}
-    return carrying(root, groups | {variables.SOFTWARE[0].name: software_group(counts)})
+    groups = {group_runs.group.name: group_runs.dataset() for group_runs in runs}
+    groups[variables.SOFTWARE[0].name] = software_group(counts)
+    return carrying(root, groups)
 
 
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
@@ -545,8 +597,9 @@ def _requested_series(group: Group, manifest: Manifest) -> tuple[Series, ...]:
 
 def _drop_unrequested(series: Series, manifest: Manifest) -> Series:
     """A series without the columns that a campaign does not request."""
-    apart = names_to_drop(KINDS[series.kind], manifest)
-    return replace(series, columns={name: each for name, each in series.columns.items() if name not in apart})
+    dropped = names_to_drop(KINDS[series.kind], manifest)
+    columns = {name: quantity for name, quantity in series.columns.items() if name not in dropped}
+    return replace(series, columns=columns)
 
 
 def _attributes(manifest: Manifest, counts: Mapping[Origin, int]) -> dict[str, Any]:
@@ -555,7 +608,8 @@ def _attributes(manifest: Manifest, counts: Mapping[Origin, int]) -> dict[str, A
         "title": manifest.title,
         "Conventions": "CF-1.11, ACDD-1.3" if manifest.about.attributes else "CF-1.11",
         **manifest.about.attributes,
-        "history": "computed and collected by nanoslip",  # without a date: the same results give the same bytes
+        # Without a date, as the same results give the same bytes.
+        "history": "computed and collected by nanoslip",
         "manifest": manifest.text,
         **{f"manifest_{key}": text for key, text in manifest.files.items() if text is not None},
         "manifest_sha256": manifest.sha256,
@@ -574,9 +628,14 @@ def member_flags(case: Case, result: TaskResult) -> int | None:
     if result.kind not in ("contact", "record", "path"):
         return None
     flags, widths = (result.scalars.get(name, ()) for name in ("validity_flags", "contact_half_width"))
-    members = zip(flags, widths, strict=True)
-    reached = [int(bits) for bits, width in members if not (math.isnan(bits) or math.isnan(width))]
-    return reduce(or_, reached) if reached else encode_flags(predict_flags(case))
+    reached = []
+    for bits, width in zip(flags, widths, strict=True):
+        # A member without a contact has no width, and flags of nothing.
+        if not math.isnan(bits) and not math.isnan(width):
+            reached.append(int(bits))
+    if reached:
+        return reduce(or_, reached)
+    return encode_flags(predict_flags(case))
 
 
 # A dataset is not replaced by one with fewer finished cases: results may be lost, damaged, or another campaign's.
@@ -602,8 +661,9 @@ def losses(path: Path, collected: xr.Dataset) -> list[str]:
 
 def count_pending(dataset: xr.Dataset) -> int:
     """Number of cases and drives without an outcome."""
-    endings = [dataset[ending.name] for ending, *_ in variables.OUTCOMES.values() if ending.name in dataset]
-    return sum(int((each == PENDING).sum()) for each in endings)
+    names = [ended.ending.name for ended in variables.OUTCOMES.values()]
+    endings = [dataset[name] for name in names if name in dataset]
+    return sum(int((ending == PENDING).sum()) for ending in endings)
 
 
 def _fewer_finished(found: xr.Dataset, collected: xr.Dataset, kind: str) -> str:

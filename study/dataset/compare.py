@@ -164,14 +164,16 @@ def list_unjudged(found: Matched) -> tuple[list[str], list[str]]:
 
 def _names(found: Matched) -> list[str]:
     """Shared variables of cases or drives, without companions such as ± and without provenance."""
-    driven = variables.drive_variables() | {each.name for each in variables.OUTCOMES[variables.DRIVE]}
+    outcomes_of_drives = {text.name for text in variables.OUTCOMES[variables.DRIVE]}
+    driven = variables.drive_variables() | outcomes_of_drives
     apart = variables.run_names() | {"advice"}
     apart |= {each.name for _, *others in variables.OUTCOMES.values() for each in others}
     shared = (str(name) for name in found.roots[0].data_vars if name not in apart)
     one, other = found.both
     both = [name for name in shared if one.has(name) and other.has(name)]
     told = ("_uncertainty", "members", SHARED_ERROR)
-    return [name for name in both if (name in driven) == bool(found.kind) and not name.endswith(told)]
+    of_kind = [name for name in both if (name in driven) == bool(found.kind)]
+    return [name for name in of_kind if not name.endswith(told)]
 
 
 def _judged(found: Matched, name: str) -> bool:

@@ -151,7 +151,8 @@ def _scalars() -> list[Quantity]:
 
 def _counts(values: NDArray[Any]) -> NDArray[np.bool_]:
     """Allowed values of a variable that numbers something."""
-    return np.asarray(np.isfinite(values) & (values >= 0) & (values == np.floor(values)))
+    is_whole = values == np.floor(values)
+    return np.asarray(np.isfinite(values) & (values >= 0) & is_whole)
 
 
 def _text_needs(values: NDArray[Any]) -> Iterator[str]:

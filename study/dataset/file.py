@@ -105,7 +105,8 @@ def keep_edited(path: Path) -> Path | None:
 
 def require_closed(path: Path) -> None:
     """Raise StoreError if another program has a file open for writing: HDF5 locks it. No lock is asked of other systems."""
-    if is_no_file(path):  # a link is replaced, not what it leads to
+    # A link is replaced, not the file that it leads to.
+    if is_no_file(path):
         return
     with suppress(ImportError, FileNotFoundError):
         import fcntl  # noqa: PLC0415  not everywhere
@@ -117,7 +118,8 @@ def require_closed(path: Path) -> None:
                 raise StoreError(
                     f"{path}: open for writing in another program, a notebook perhaps: close it there"
                 ) from None
-            except OSError:  # a file system without locks
+            # A file system without locks.
+            except OSError:
                 return
 
 
@@ -242,10 +244,12 @@ _COMPRESSED: Final = {"zlib": True, "complevel": 1, "shuffle": True}
 
 def write_tree(tree: xr.DataTree, path: Path) -> None:
     """Write the file. Raises OSError, RuntimeError if the disk refuses."""
-    values: list[tuple[Any, Any]] = []  # written last: netCDF writes all definitions anew for each that follows a value
+    # Written last, as netCDF writes all definitions anew for each one that follows a value.
+    values: list[tuple[Any, Any]] = []
     last = SimpleNamespace(add=lambda source, target: values.append((target, source)))
     usual = netCDF4.get_chunk_cache()
-    netCDF4.set_chunk_cache(0)  # else all chunks of all variables stay in memory until the file is closed
+    # Else all chunks of all variables stay in memory until the file is closed.
+    netCDF4.set_chunk_cache(0)
     try:
         with netCDF4.Dataset(path, "w") as opened:
             for place, group in _file_content(tree):
@@ -313,7 +317,8 @@ def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
             try:
                 write_tree(tree, scratch)
             except RuntimeError:
-                write_fully(scratch, [bytes(ROOM)], os.O_APPEND)  # netCDF does not say that the disk is full; this does
+                # netCDF does not say that the disk is full; this write does.
+                write_fully(scratch, [bytes(ROOM)], os.O_APPEND)
                 raise
             seal(scratch)
     except _REFUSALS as error:
@@ -326,7 +331,8 @@ def open_dataset(path: Path) -> xr.Dataset:
     A file of up to MOST_CHECKED bytes is refused where any of them has changed since it was collected.
     """
     try:
-        if os.path.lexists(path) and not path.is_file():  # to read a pipe would never end
+        # To read a pipe would never end.
+        if os.path.lexists(path) and not path.is_file():
             raise OSError(errno.EINVAL, NO_FILE)
         if path.is_file() and not path.is_symlink():
             require_closed(path)
@@ -360,7 +366,8 @@ def _other_format(said: Mapping[str, Any]) -> str:
 
 def check_seal(path: Path) -> None:
     """Raises StoreError if a byte of the file has changed since it was collected, OSError."""
-    written = read_seal(path)  # a file without one has nothing to break
+    # A file without a seal has nothing to break.
+    written = read_seal(path)
     if written is not None and written != _digest(path, path.stat().st_size - _LENGTH):
         said = "its bytes are not those that were collected: damaged? nanoslip collect writes it anew"
         raise StoreError(f"{path}: {said}")
@@ -374,7 +381,8 @@ def reading(path: Path) -> Iterator[xr.Dataset]:
             yield found
         except _REFUSALS as error:
             if getattr(error, "errno", None) in (errno.EPIPE, errno.ENOSPC):
-                raise  # of what the values are written to
+                # An error of the medium, not of a value.
+                raise
             raise StoreError(f"{path}: cannot be read: {error}: damaged? nanoslip collect writes it anew") from error
 
 

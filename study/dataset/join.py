@@ -37,7 +37,8 @@ def distinguishing_axes(dims: Sequence[str], roots: Sequence[xr.Dataset], source
     common = [name for name in parameters() if name not in dims and _has_one_value(name, roots)]
     candidates = [name for name in common if len(_values(name, roots)) > 1]
     for count in range(len(candidates)):
-        with suppress(NotJoinableError):  # two cases in one place
+        # Two cases in one place cannot be joined: the parameter that tells them apart has to become an axis.
+        with suppress(NotJoinableError):
             _merge_datasets(["case_id"], candidates[:count], dims, roots, sources)
             return candidates[:count]
     return candidates
@@ -91,8 +92,10 @@ def _has_conflict(one: xr.Dataset, other: xr.Dataset, name: str) -> bool:
     """True if two datasets have different values of a variable in the same cases."""
     if name not in one:
         return False
-    here, there = xr.align(one[name], other[name], join="inner", copy=False)
-    return not bool((here.isnull() | there.isnull() | (here == there)).all())
+    mine, its = xr.align(one[name], other[name], join="inner", copy=False)
+    # A number that one of them lacks is filled from the other.
+    agrees = mine.isnull() | its.isnull() | (mine == its)
+    return not bool(agrees.all())
 
 
 def _joint_dims(name: str, added: Sequence[str], roots: Sequence[xr.Dataset]) -> tuple[str, ...]:
@@ -294,7 +297,9 @@ def _joint_attributes(roots: Sequence[xr.Dataset]) -> dict[str, Any]:
     titles = dict.fromkeys(str(root.attrs[_TITLE]) for root in roots)
     sources: list[str] = []
     for root in roots:
-        sources += np.atleast_1d(root.attrs.get(SOURCES, _source_text(root.attrs))).tolist()
+        # A joined dataset has several sources already.
+        own_sources = root.attrs.get(SOURCES, _source_text(root.attrs))
+        sources += np.atleast_1d(own_sources).tolist()
     return {**shared, _TITLE: "; ".join(titles), SOURCES: list(dict.fromkeys(sources))}
 
 
@@ -324,7 +329,9 @@ def _join_software(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     name, count = (quantity.name for quantity in SOFTWARE[:2])
     whole = _concatenate(parts)
     names, first, number = np.unique(whole[name].values.astype(str), return_index=True, return_inverse=True)
-    results = np.bincount(number, whole[count].values, len(names)).astype(np.int64)
+    # Counts of one software are added up over the datasets.
+    sums = np.bincount(number, whole[count].values, len(names))
+    results = sums.astype(np.int64)
     distinct = whole.isel({name: first})
     distinct[count] = distinct[count].copy(data=results)
     return distinct

@@ -47,7 +47,10 @@ class CaseRows:
     @property
     def positions(self) -> dict[str, list[int]]:
         """Dimension -> position of each row along it."""
-        places = np.unravel_index(self.numbers, tuple(self.sizes.values())) if self.sizes else ()
+        # A single case has no dimension, which `unravel_index` does not take.
+        if not self.sizes:
+            return {}
+        places = np.unravel_index(self.numbers, tuple(self.sizes.values()))
         return {dim: place.tolist() for dim, place in zip(self.sizes, places, strict=True)}
 
     def at(self, chosen: Any) -> "CaseRows":
@@ -56,7 +59,9 @@ class CaseRows:
 
     def has(self, name: str) -> bool:
         """True if each row has one value of a variable or coordinate of this name."""
-        return name in self.root.variables and set(self.root.variables[name].dims) <= self.sizes.keys()
+        if name not in self.root.variables:
+            return False
+        return set(self.root.variables[name].dims) <= self.sizes.keys()
 
     def values(self, of: str | xr.Variable) -> NDArray[Any]:
         """(rows,) A variable or coordinate of the dataset, by name, or another one along some dimensions of the rows."""
@@ -70,7 +75,7 @@ class CaseRows:
         counts = {word: self.values(count.variable).tolist() for word, count in variables.items()}
         tallies = []
         for row, word in enumerate(self.values(name).tolist()):
-            tally = {each: int(column[row]) for each, column in counts.items() if column[row]}
+            tally = {word: int(column[row]) for word, column in counts.items() if column[row]}
             if not (word and tally):
                 tally = {str(word): 1}
             tallies.append(dict(sorted(tally.items(), key=lambda pair: -pair[1])))
@@ -120,8 +125,10 @@ def match_mask(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: s
         raise KeyError(f"{key}: no coordinate of these cases; {known}")
     coordinate, values = coordinates[key].variable, np.atleast_1d(np.asarray(wanted))
     if values.dtype.kind == "U" and not are_texts(coordinate):
-        values = np.array([parse_value(key, text, read_scales(root.attrs)) for text in values.tolist()])
-    hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, nearest(coordinate.values, values)))
+        scales = read_scales(root.attrs)
+        values = np.array([parse_value(key, text, scales) for text in values.tolist()])
+    is_wanted = np.isin(coordinate.values, nearest(coordinate.values, values))
+    hits = coordinate.to_base_variable().copy(data=is_wanted)
     if not hits.any():
         given = ",".join(map(str, np.ravel(wanted)))
         there = some(_values_with_sizes(root, key, coordinate))
@@ -163,9 +170,13 @@ def nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
     if there.dtype.kind not in "iuf" or wanted.dtype.kind not in "iuf" or not there.size:
         return wanted
     known = np.unique(there)
-    least, most = np.sort([wanted * (1.0 - NEAR), wanted * (1.0 + NEAR)], axis=0)  # without NaN from infinite ones
-    first, end = np.searchsorted(known, least), np.searchsorted(known, most, side="right")
-    return np.where(end - first == 1, known[first.clip(max=len(known) - 1)], wanted)
+    # Both ends by a product: `wanted ± NEAR·wanted` would be NaN for an infinite one.
+    least, most = np.sort([wanted * (1.0 - NEAR), wanted * (1.0 + NEAR)], axis=0)
+    first = np.searchsorted(known, least)
+    end = np.searchsorted(known, most, side="right")
+    # Two that are near are two cases: which one is meant nobody can tell.
+    candidate = known[first.clip(max=len(known) - 1)]
+    return np.where(end - first == 1, candidate, wanted)
 
 
 def some(values: Iterable[Any], between: str = ", ") -> str:
@@ -183,7 +194,8 @@ def selection_text(selection: Selection) -> str:
 def read_scales(attributes: Mapping[Any, Any]) -> Scales | None:
     """The scales of a dataset, from its attributes; None if these do not state them."""
     try:
-        return Scales(**{each.name: float(attributes[each.name]) for each in fields(Scales)})
+        sizes = {item.name: float(attributes[item.name]) for item in fields(Scales)}
+        return Scales(**sizes)
     except KeyError:
         return None
 
@@ -195,7 +207,8 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     Raises KeyError if no case matches, ValueError with the remaining choices if several do.
     """
     words = names_by_word()
-    rows = select_rows(root, ending_name(root), {words.get(word, word): text for word, text in given.items()})
+    wanted = {words.get(word, word): text for word, text in given.items()}
+    rows = select_rows(root, ending_name(root), wanted)
     left = {dim: sorted(set(column)) for dim, column in rows.positions.items()}
     positions: dict[str, Any] = {}
     for dim, places in left.items():

@@ -63,7 +63,8 @@ def _name_text(text: str, table: TextsByName) -> int:
     if not text or _HASH.fullmatch(text):
         return int(text, 16) if text else NONE
     name = int(hashlib.sha256(text.encode()).hexdigest()[:12], 16)
-    while table.setdefault(name, text) != text:  # two texts in 2^48 collide
+    # Two texts in 2^48 collide: the later one takes the next free number.
+    while table.setdefault(name, text) != text:
         name += 1
     return name
 

@@ -9,6 +9,7 @@ import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
+from itertools import chain
 from pathlib import Path
 from tempfile import SpooledTemporaryFile
 from typing import Any, Final, NamedTuple
@@ -94,7 +95,8 @@ class Group:
     @property
     def columns(self) -> dict[str, Quantity]:
         """Every variable over a sample dimension, once, by name."""
-        return {quantity.name: quantity for each in self.series for quantity in each.columns.values()}
+        columns = (series.columns.values() for series in self.series)
+        return {quantity.name: quantity for quantity in chain.from_iterable(columns)}
 
     @property
     def id(self) -> Quantity:
@@ -218,6 +220,7 @@ SOFTWARE: Final = (
 def parameters() -> dict[str, Quantity]:
     """The coordinates of a dataset by name: every parameter of cases and drives but files."""
     stated = {**parameters_of_a_case(), **drive_parameters()}
+    # A list or a file is no label.
     single = {name: parameter for name, parameter in stated.items() if not (parameter.columns or parameter.listed)}
     return {name: _coordinate(name, parameter) for name, parameter in single.items()}
 
@@ -285,7 +288,8 @@ class Described:
 def rows() -> list[Described]:
     """All variables, group by group, each name once in the root and once in each group."""
     found: dict[tuple[str, str], Described] = {}
-    for each in _all():  # the root is one group
+    # All groups within the root are one group of names.
+    for each in _all():
         found.setdefault((each.group if each.group.startswith(_GROUP) else "", each.name), each)
     return list(found.values())
 
@@ -353,8 +357,9 @@ def own_variables(dataset: xr.Dataset) -> list[str]:
 
 def own_messages(dataset: xr.Dataset) -> list[str]:
     """Messages on one's own numbers of a single case, and of its drive."""
-    found = [dataset[each.name] for each in OWN_MESSAGES.values() if each.name in dataset]
-    return [str(each.item()) for each in found if not each.dims and each.item()]
+    columns = [dataset[message.name] for message in OWN_MESSAGES.values() if message.name in dataset]
+    # Over several cases there is no one message.
+    return [str(column.item()) for column in columns if not column.dims and column.item()]
 
 
 def refuse_taken_names(manifest: Manifest) -> None:
@@ -396,7 +401,8 @@ def variable_text(variable: Described) -> str:
         facts |= {each.name: f"{each.meaning}; {each.advice}" for each in FLAGS}
     if variable.name in [each.ending.name for each in OUTCOMES.values()]:
         facts |= {each.value: each.meaning for each in Ending}
-    return "\n".join([variable.name, *(f"  {what}: {text}" for what, text in facts.items() if text)])
+    lines = [f"  {fact}: {text}" for fact, text in facts.items() if text]
+    return "\n".join([variable.name, *lines])
 
 
 def _all(beside: bool = False) -> Iterator[Described]:
@@ -466,7 +472,8 @@ def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantit
     values = found[name]
     shared = found.get(f"{name}{SHARED_ERROR}", np.zeros_like(values))[:, 0]
     mean, uncertainty, members = mean_of(values, shared)
-    if quantity.uncertainty in found:  # of all members together: the result holds its ±
+    # A number of all members together: the result holds its ±.
+    if quantity.uncertainty in found:
         uncertainty = found[quantity.uncertainty][:, 0]
         members = found[quantity.members][:, 0].astype(int)
     if quantity.alike:
@@ -474,7 +481,8 @@ def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantit
         are_alike = (starts == starts[:, :1]).all(axis=1)
         counts = are_alike & (members == values.shape[1])
         mean, uncertainty = np.where(counts, (mean, uncertainty), np.nan)
-    unknown = ~(uncertainty > ROUNDING * np.abs(mean))  # members do not differ
+    # Members that do not differ say nothing of their ±.
+    unknown = ~(uncertainty > ROUNDING * np.abs(mean))
     uncertainty = np.where(unknown, np.nan, uncertainty)
     shared = np.where(np.isnan(mean), np.nan, shared)
     return Known(mean, uncertainty, shared, members)
@@ -483,7 +491,8 @@ def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantit
 def alike_starts(found: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
     """True for records of which all members have the same events: one start, of which no mean has a ±. found: as above."""
     stated = np.array([found[name] for name, _ in scalars("record") if name in found])
-    counts = np.where(stated == np.floor(stated), stated, np.nan)  # not the grid, which may have followed the pin
+    # Counts alone: positions on the grid may have followed the pin.
+    counts = np.where(stated == np.floor(stated), stated, np.nan)
     most = np.fmax.reduce(counts, axis=2)
     least = np.fmin.reduce(counts, axis=2)
     differ: NDArray[np.bool_] = (most > least).any(axis=0)
@@ -508,7 +517,8 @@ def drive_variables() -> set[str]:
 @cache
 def counts() -> set[str]:
     """The variables that count something."""
-    return {each.name for kind in KINDS.values() for each in result_quantities(kind).values() if each.counted}
+    every = chain.from_iterable(result_quantities(kind).values() for kind in KINDS.values())
+    return {quantity.name for quantity in every if quantity.counted}
 
 
 def fewer(case: xr.Dataset, name: str) -> str:
@@ -551,7 +561,8 @@ def are_means(dataset: xr.Dataset) -> bool:
 @cache
 def sharing() -> dict[str, str]:
     """Variable -> the sort of error that its members share (`Quantity.shared`)."""
-    return {each.name: each.shared for kind in KINDS for _, each in scalars(kind) if each.shared}
+    every = chain.from_iterable(map(scalars, KINDS))
+    return {quantity.name: quantity.shared for _, quantity in every if quantity.shared}
 
 
 _UNKNOWN_SHARE: Final = {
@@ -585,7 +596,7 @@ def missing_error_reasons(dataset: xr.Dataset, names: Iterable[str]) -> str:
             "identical starts": several & ~unknown,
             unknown_share: unknown,
         }
-        found |= dict.fromkeys(reason for reason, there in reasons.items() if bool(there.any()))
+        found |= dict.fromkeys(reason for reason, has_reason in reasons.items() if bool(has_reason.any()))
     return f"± ?: {', '.join(found)}" if found else ""
 
 
@@ -677,8 +688,8 @@ class Runs:
 
     def _has_columns(self, result: TaskResult) -> bool:
         """True if a result has the columns of the group, and not its scalars alone."""
-        mine = (each for each in self.group.series if each.kind == result.kind)
-        return any(each.columns.keys() - ACROSS <= _arrays(result, each).keys() for each in mine)
+        of_kind = (series for series in self.group.series if series.kind == result.kind)
+        return any(series.columns.keys() - ACROSS <= _arrays(result, series).keys() for series in of_kind)
 
     def dataset(self) -> xr.Dataset:
         """The columns over the samples; over the instances their names, owners and the count of samples."""
@@ -715,7 +726,8 @@ def _arrays(result: TaskResult, series: Series) -> Mapping[str, Any]:
     if not count:
         return {}
     outcomes = result.members or (result.outcome,) * count
-    unknown = dict.fromkeys(series.columns, [np.nan] * count)  # numbers of a part that an older version did not have
+    # Numbers of a part that an older version did not have.
+    unknown = dict.fromkeys(series.columns, [np.nan] * count)
     endings = [_PLACES[each.ending] for each in outcomes]
     return {**unknown, **result.scalars, MEMBER_OUTCOME.name: endings}
 
@@ -727,7 +739,8 @@ def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
     """The first member's column; or a number of every member."""
     if series.sample == MEMBER:
         return np.array(_arrays(result, series)[name], series.columns[name].dtype)
-    if name in ACROSS and name not in result.arrays:  # plane strain has no y
+    # Plane strain has no y.
+    if name in ACROSS and name not in result.arrays:
         return np.zeros(member_column(result, next(iter(series.columns)), series.sample).size)
     return member_column(result, name, series.sample)
 
@@ -735,7 +748,8 @@ def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
 def texts(values: Iterable[str]) -> NDArray[Any]:
     """Strings as an array that netCDF keeps at their length."""
     found = list(values)
-    return np.array(found, dtype=object if found else str)  # xarray takes no objects for numbers
+    # xarray takes no objects for numbers.
+    return np.array(found, dtype=object if found else str)
 
 
 def windows(group: xr.Dataset, declared: Group) -> dict[str, NDArray[np.int64]]:

@@ -90,7 +90,8 @@ def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
 
 def failed(plan: Plan, found: xr.Dataset) -> int:
     """Number of cases whose computation failed: out of time, out of memory, crashed."""
-    without = (_endings(found, "") == PENDING) & (found[variables.OUTCOMES[""].ending.name] != PENDING)
+    endings = found[variables.OUTCOMES[""].ending.name]
+    without = (_endings(found, "") == PENDING) & (endings != PENDING)
     cases = [case.case_id for case in plan.cases]
     return int((without & found["case_id"].isin(cases)).sum())
 
@@ -118,7 +119,8 @@ def _pending_drives(layout: Layout, found: xr.Dataset, case: CampaignCase) -> se
     place = case_position(found, case.case_id)
     endings = _endings(found, "drive").isel(place).values
     if not place or endings.shape != tuple(map(len, layout.drive_axes.values())):
-        return set()  # another manifest's dataset, as comparing it will tell
+        # Another manifest's dataset: its comparison will show that.
+        return set()
     return {label for label, position in layout.drive_position.items() if endings[position] == PENDING}
 
 
@@ -185,7 +187,8 @@ def worst_difference(label: str, differences: Sequence[Difference]) -> Finding:
 def _list_names(differences: Sequence[Difference]) -> str:
     """The first few names of some differences, each once."""
     names = list(dict.fromkeys(each.name for each in differences))
-    return ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+    shown = ", ".join(names[:3])
+    return f"{shown}, ..." if len(names) > 3 else shown
 
 
 class Recomputed:
@@ -210,8 +213,9 @@ class Recomputed:
     def comparable(self) -> bool:
         """True if the cases have the same positions."""
         both = set(self._found.variables) & set(self._again.variables)
-        lying = all(self._found[name].dims == self._again[name].dims for name in both)
-        return lying and identical(self._found["case_id"].values, self._again["case_id"].values)
+        if any(self._found[name].dims != self._again[name].dims for name in both):
+            return False
+        return identical(self._found["case_id"].values, self._again["case_id"].values)
 
     def shared(self) -> list[Difference]:
         """Compare each attribute, coordinate and variable that belongs to no single case; identical ones are listed,
@@ -286,7 +290,8 @@ class Recomputed:
             return found
         cause = _CAUSE_OF.get(name)
         if cause and (not self._same_software or _alike(kept[cause], now[cause])):
-            return replace(found, verdict=Verdict.WITHIN)  # messages differ in words or in values alone
+            # Messages may differ in words or in values alone.
+            return replace(found, verdict=Verdict.WITHIN)
         if self._same_bits or not _is_of_chains(name):
             return found
         if not real(both[1]):
@@ -345,17 +350,21 @@ def case_position(found: xr.Dataset, case_id: str) -> dict[str, int]:
     places = np.argwhere(ids.values == case_id)
     if not len(places):
         return {}
-    return dict(zip(map(str, ids.dims), map(int, places[0]), strict=True))
+    # A case_id is there once.
+    dims, numbers = map(str, ids.dims), map(int, places[0])
+    return dict(zip(dims, numbers, strict=True))
 
 
 def verify_cases(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
     """Compare the dataset with the results in `store`: first shared tasks, then case by case."""
     path = store.folder / file.FILE
-    file.write_netcdf(collect(plan, store), path)  # what is read has the types that a file gives it
+    # Written first, as a dataset that is read has the types of a file.
+    file.write_netcdf(collect(plan, store), path)
     with file.open_dataset(path) as opened_again:
         again, found = load_dataset(opened_again), _as_pending(found)
         if len(cases) == len(computed(plan, found)):
-            found = load_dataset(found)  # a run at a time would take longer
+            # Read whole: a run at a time would take longer.
+            found = load_dataset(found)
         both = Recomputed(found, again)
         yield worst_difference("what all cases share", both.shared())
         if both.comparable:

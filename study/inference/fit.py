@@ -278,7 +278,8 @@ def _next_points(found: Fit, count: int) -> Floats:
     """Points to be computed next: spread over the set while the surrogate's error matters there; none when it does not."""
     cloud, misfit = found.cloud
     inside = cloud[misfit <= found.acceptable_misfit(misfit)]
-    if not len(inside):  # no point has the numbers: look everywhere
+    # Where no point has the numbers the search goes everywhere.
+    if not len(inside):
         inside = cloud
     least = float(misfit.min())
     beyond = max(least / found.limit(LEVELS[-1]), 1.0) if math.isfinite(least) else 1.0

@@ -269,7 +269,8 @@ def _table_indices(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
         drawn = values + errors * draw.standard_normal(values.shape)
         # A value drawn around one that has this error already has it twice.
         again.append(_shares(drawn, 2.0 * noise))
-    ends = np.percentile(again, ENDS, axis=0)  # (2, first and total, axes)
+    # (2 ends, first and total, axes).
+    ends = np.percentile(again, ENDS, axis=0)
     return np.column_stack([first, *ends[:, 0]]), np.column_stack([total, *ends[:, 1]])
 
 

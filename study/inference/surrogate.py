@@ -241,7 +241,8 @@ def _smooth_errors(x: Floats, errors: Floats) -> Floats:
     logs = np.log(errors[known])
     try:
         smooth, _ = regress(x[known], logs, np.full(len(logs), np.nan)).predict(x)
-    except TooFewError:  # all alike
+    # All values are alike.
+    except TooFewError:
         return np.full(len(errors), np.exp(logs[0]))
     return np.exp(np.clip(smooth, logs.min(), logs.max()))
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 from nanoslip.solver.case import Case, Interface, parameters_of_a_case
-from nanoslip.solver.drive import Scales
+from nanoslip.solver.drive import Scales, refuse_with_memory
+from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.load_path import LoadPath
-from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
-from nanoslip.solver.parameter import declared
+from nanoslip.solver.outcome import ABSENT, COMPLETED, InvalidInput, Outcome
+from nanoslip.solver.parameter import declared, require
 from nanoslip.study.canonical import Texts, content_hash
 from nanoslip.study.manifest.checker import number_or_text
-from nanoslip.study.manifest.effects import refuse_with_stages
 from nanoslip.study.manifest.manifest import STAGES, Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import (
     OTHER_TABLES,
@@ -76,6 +76,26 @@ class CampaignCase:
     def point(self) -> str:
         """Labels as text in the words of a manifest: `radius = 200.0, events = 5`."""
         return parameters_text(self.parameters)
+
+
+def refuse_with_stages(manifest: Manifest, case: Case) -> None:
+    """Raise InvalidInput if the stages or outputs of its manifest exclude a case."""
+    need = 'stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
+    require("friction", False, case.effects.friction or "slip" not in manifest.stages, need)
+    if any(pull.drive and pull.drive.in_si.memory for pull in manifest.drives):
+        refuse_with_memory(case)
+    need = "amplitude, stroke, slid, load or legs, or no [path] at all"
+    require("path", ABSENT, bool(case.path) or not manifest.paths, need)
+    if manifest.outputs.subsurface and not isinstance(case.slab.scheme, GridScheme):
+        need = "a scheme that has a grid, others are a surface only"
+        raise InvalidInput("subsurface", True, need, {"scheme": case.slab.scheme.name})
+    scales = manifest.scales
+    if case.slab.scheme.planar and scales.slab_depth != scales.slab_width:
+        beside = {"slab_width": scales.slab_width, "scheme": case.slab.scheme.name}
+        raise InvalidInput("slab_depth", scales.slab_depth, "slab_width, as a plane of nodes is a square", beside)
+    contacts = case.interface.contacts
+    if manifest.outputs.statistics and contacts > 1:
+        raise InvalidInput("contacts", contacts, "one contact, whose events have sizes", {"statistics": True})
 
 
 def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:

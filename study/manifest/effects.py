@@ -1,36 +1,14 @@
-"""The effects that a manifest switches on and off: what is left out where one is off, and combinations that are refused."""
+"""The effects that a manifest switches on and off."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Final
 
-from nanoslip.solver.case import Case, Effects
-from nanoslip.solver.drive import Drive, refuse_with_memory
-from nanoslip.solver.elasticity.grid_scheme import GridScheme
-from nanoslip.solver.outcome import ABSENT, InvalidInput
-from nanoslip.solver.parameter import declared, require
+from nanoslip.solver.case import Effects
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.parameter import declared
 from nanoslip.solver.slab import SCHEMES
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import Value
-
-
-def refuse_with_stages(manifest: Manifest, case: Case) -> None:
-    """Raise InvalidInput if the stages or outputs of its manifest exclude a case."""
-    need = 'stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
-    require("friction", False, case.effects.friction or "slip" not in manifest.stages, need)
-    if any(pull.drive and pull.drive.in_si.memory for pull in manifest.drives):
-        refuse_with_memory(case)
-    need = "amplitude, stroke, slid, load or legs, or no [path] at all"
-    require("path", ABSENT, bool(case.path) or not manifest.paths, need)
-    if manifest.outputs.subsurface and not isinstance(case.slab.scheme, GridScheme):
-        need = "a scheme that has a grid, others are a surface only"
-        raise InvalidInput("subsurface", True, need, {"scheme": case.slab.scheme.name})
-    scales = manifest.scales
-    if case.slab.scheme.planar and scales.slab_depth != scales.slab_width:
-        beside = {"slab_width": scales.slab_width, "scheme": case.slab.scheme.name}
-        raise InvalidInput("slab_depth", scales.slab_depth, "slab_width, as a plane of nodes is a square", beside)
-    contacts = case.interface.contacts
-    if manifest.outputs.statistics and contacts > 1:
-        raise InvalidInput("contacts", contacts, "one contact, whose events have sizes", {"statistics": True})
 
 
 def read_effect_switches(manifest: Manifest) -> dict[str, str]:

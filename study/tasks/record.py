@@ -90,7 +90,8 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
 
 RECORD_SECONDS: Final = 4e-3
 """Time of a member's record beside its events: to set it up, and its numbers (1.5 to 9 ms of 9 nodes, by scheme)."""
-PER_EVENT = 9.0  # numbers of a record
+# Numbers of a record for each event.
+PER_EVENT = 9.0
 
 
 def _estimate(task: Task) -> Estimate:
