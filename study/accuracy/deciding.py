@@ -169,7 +169,8 @@ class _Search:
         return self.case.case.slab.n_x - 1
 
     def _computed(self, other: Case) -> Spacing:
-        found = Spacing(self._spaces / (other.slab.n_x - 1), other.slab.n_x)
+        factor = self._spaces / (other.slab.n_x - 1)
+        found = Spacing(factor, other.slab.n_x)
         tasks = self._affordable_tasks(other)
         having_number = [task for _, task in tasks if self.variable in uncertain_names(KINDS[task.kind])]
         last = having_number[-1]

@@ -86,12 +86,15 @@ class Influence:
     @property
     def change(self) -> float:
         """Mean of the changes: the largest one is chosen by its noise."""
-        return math.fsum(each.change for each in self.changes) / len(self.changes)
+        total = math.fsum(change.change for change in self.changes)
+        return total / len(self.changes)
 
     @property
     def uncertainty(self) -> float:
         """The ± of `mean`."""
-        return math.hypot(*(each.uncertainty for each in self.changes)) / len(self.changes)
+        # Changes of different cases are independent: the error of their sum is the root of the sum of squares.
+        total = math.hypot(*(change.uncertainty for change in self.changes))
+        return total / len(self.changes)
 
 
 def select_scenes(manifest: Manifest, cases: Sequence[CampaignCase], count: int, members: int | None = None) -> Scenes:
@@ -101,7 +104,8 @@ def select_scenes(manifest: Manifest, cases: Sequence[CampaignCase], count: int,
         Raises ManifestError.
     """
     possible = [case for case in cases if case.case]
-    drives = [(each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive]
+    pulls = [(pull.label, pull.drive) for pull in manifest.drives if pull.drive]
+    drives = [(label, drive.dimensionless(manifest.scales)) for label, drive in pulls]
     if not possible or ("dynamics" in manifest.stages and not drives):
         need = "a case and a drive that are possible; nanoslip plan says why none is"
         raise ManifestError.in_file(manifest.path, need)
@@ -170,7 +174,7 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
     for number, campaign_case in enumerate(scenes.cases, start=1):
         assert campaign_case.case is not None
         # Results of one case fit into memory; the next case needs none of them but compliances.
-        done = {key: each for key, each in done.items() if each[0].kind == "compliance"}
+        done = {key: entry for key, entry in done.items() if entry[0].kind == "compliance"}
         whole, seconds_of_whole = _computed(scenes, campaign_case.case, scenes.drives, done)
         for effect, case, drives, problem in _left_out(scenes, campaign_case.case):
             fewer, its_seconds = (whole, seconds_of_whole) if problem else _computed(scenes, case, drives, done)

@@ -88,7 +88,8 @@ def _reference(slab: Slab, effort: Effort, widths: tuple[float, ...]) -> tuple[d
 
 def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> dict[str, float]:
     """Observable -> |value/truth - 1|."""
-    return {name: abs(values[name] / truth[name] - 1.0) for name in values}
+    ratios = {name: values[name] / truth[name] for name in values}
+    return {name: abs(ratio - 1.0) for name, ratio in ratios.items()}
 
 
 def punch_observables(compliance: Compliance, half_widths: Iterable[float]) -> dict[float, dict[str, float]]:
@@ -132,7 +133,9 @@ def nodal_forces_of_ball(compliance: Compliance, radius: float) -> Vector:
     low = np.clip(middles - half, -radius, radius)
     high = np.clip(middles + half, -radius, radius)
     half_width = 0.5 * (high - low)
-    x = 0.5 * (low + high)[:, None] + half_width[:, None] * places
+    middle = 0.5 * (low + high)
+    x = middle[:, None] + half_width[:, None] * places
+    # Rounding may put a place of the outermost column beyond the edge.
     chord = np.sqrt(np.maximum(radius**2 - x**2, 0.0))[..., None]
     edges = np.append(middles - half, middles[-1] + half)
     y = np.clip(edges, -chord, chord)
@@ -189,11 +192,13 @@ def lateral_stiffness(compliance: Compliance, nodes: NDArray[np.int64]) -> float
     m = len(nodes)
     rows = np.concatenate((nodes, nodes + compliance.slab.nodes))
     # The load is held by a last row, the sum of all normal forces, whose unknown is the approach.
-    pressed = np.concatenate((np.zeros(m), np.ones(m)))[:, None]
+    pressed = np.concatenate((np.zeros(m), np.ones(m)))
+    pressed = pressed[:, None]
     entries = compliance.entries(rows, rows)
     bordered = np.block([[entries, pressed], [pressed.T, np.zeros((1, 1))]])
     moved = np.concatenate((np.ones(m), np.zeros(m + 1)))
-    return float(np.linalg.solve(bordered, moved)[:m].sum())
+    forces = np.linalg.solve(bordered, moved)
+    return float(forces[:m].sum())
 
 
 def _measured(setup: Setup, slab: Slab, effort: Effort, truth: Mapping[float, Mapping[str, float]]) -> Iterator[Row]:

@@ -87,7 +87,8 @@ def spending(samples: Sequence[tuple[Sample, Sample]], n_x: int) -> Spending | N
         # To first order the relative error is b·h: the two grids differ by b (h_coarse - h_fine), half of h changes b h/2.
         # Change of the spacing over the finer spacing.
         between = (fine.n_x - 1) / (coarse.n_x - 1) - 1.0
-        change = abs(coarse.mean / fine.mean - 1.0) / between * (fine.n_x - 1) / (n_x - 1) / 2.0
+        relative = abs(coarse.mean / fine.mean - 1.0)
+        change = relative / between * (fine.n_x - 1) / (n_x - 1) / 2.0
         for members in range(FEWEST, USUAL_MEMBERS + 1):
             starts = float(student(members)) * fine.scatter / math.sqrt(members)
             error = math.hypot(starts, fine.shared)

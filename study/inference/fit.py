@@ -140,7 +140,8 @@ class Fit:
         means, errors = self.predict(x)
         squares = (means - [target.value for target in self.targets]) ** 2
         surrogate_variance = errors**2 if unsure else 0.0
-        misfit = np.sum(squares / (surrogate_variance + self.noise**2), axis=1)
+        variances = surrogate_variance + self.noise**2
+        misfit = np.sum(squares / variances, axis=1)
         return np.where(np.isfinite(misfit), misfit, np.inf)
 
     @cached_property
@@ -157,7 +158,8 @@ class Fit:
         sizes = np.maximum(np.linalg.norm(values, axis=0), 1e-300)
         shares = np.linalg.norm(starts, axis=0) / sizes
         scatter = shares * [target.one_start * target.value for target in self.targets]
-        return np.asarray(np.hypot([target.error for target in self.targets], scatter))
+        stated = [target.error for target in self.targets]
+        return np.asarray(np.hypot(stated, scatter))
 
     def limit(self, level: float) -> float:
         """The misfit up to which points agree at this level."""
@@ -170,8 +172,10 @@ class Fit:
 
         Where none agrees these are without the surrogate's error.
         """
-        cube = scipy.stats.qmc.Sobol(len(self.ranges), seed=SEED).random(CLOUD)
-        low, high = np.zeros(len(self.ranges)), np.ones(len(self.ranges))
+        dimensions = len(self.ranges)
+        cube = scipy.stats.qmc.Sobol(dimensions, seed=SEED).random(CLOUD)
+        low, high = np.zeros(dimensions), np.ones(dimensions)
+        # A small set has few points of the first cloud: zoom in on it.
         for _ in range(ZOOMS):
             cloud = low + (high - low) * cube
             misfit = self.misfit(cloud)
@@ -181,7 +185,7 @@ class Fit:
             if not 0 < len(inside) < ENOUGH:
                 break
             # The set may reach beyond its outermost points by their spacing, and a quarter of its width is left around it.
-            spacing = (high - low) * CLOUD ** (-1.0 / len(self.ranges))
+            spacing = (high - low) * CLOUD ** (-1.0 / dimensions)
             room = 2.0 * spacing + 0.25 * np.ptp(inside, axis=0)
             low = np.maximum(inside.min(axis=0) - room, low)
             high = np.minimum(inside.max(axis=0) + room, high)
@@ -189,12 +193,14 @@ class Fit:
 
     def acceptable_misfit(self, misfit: Floats) -> float:
         """The misfit up to which points may agree, or are near the nearest."""
-        return max(self.limit(LEVELS[-1]), float(misfit.min()) + self.limit(LEVELS[0]))
+        near_least = float(misfit.min()) + self.limit(LEVELS[0])
+        return max(self.limit(LEVELS[-1]), near_least)
 
     @property
     def reached(self) -> bool:
         """True if any point agrees at 95 %."""
-        return bool(self.cloud[1].min() <= self.limit(LEVELS[-1]))
+        _, misfit = self.cloud
+        return bool(misfit.min() <= self.limit(LEVELS[-1]))
 
     @cached_property
     def best(self) -> Floats:
@@ -207,6 +213,7 @@ class Fit:
             return float(self.misfit(x[None], self.reached)[0])
 
         cube = [(0.0, 1.0)] * len(start)
+        # Without slopes: the misfit is infinite where a number is missing.
         minimum = minimize(misfit_at, start, method="Nelder-Mead", bounds=cube)
         return np.asarray(minimum.x if minimum.fun < misfit.min() else start)
 
@@ -223,10 +230,13 @@ class Fit:
         cloud, misfit = self.cloud
         is_inside = misfit <= self.limit(LEVELS[-1])
         x = np.vstack([self.best, cloud[is_inside]])
-        misfit = np.concatenate([self.misfit(self.best[None]), misfit[is_inside]])
+        misfit_of_best = self.misfit(self.best[None])
+        misfit = np.concatenate([misfit_of_best, misfit[is_inside]])
         order = misfit.argsort()
         x, misfit = x[order], misfit[order]
-        labels = _separate((x - cloud.min(axis=0)) / np.ptp(cloud, axis=0))
+        in_unit_cube = (x - cloud.min(axis=0)) / np.ptp(cloud, axis=0)
+        labels = _separate(in_unit_cube)
+        # Points come in rising order: the first of a set is its best.
         best_first = dict.fromkeys(labels.tolist())
         return tuple((x[labels == label], misfit[labels == label]) for label in best_first)
 
@@ -236,7 +246,8 @@ class Fit:
         for x, misfit in self.islands:
             inside = x[misfit <= self.limit(level), axis]
             values = self.ranges[axis].at(inside)
-            intervals.append((float(values.min()), float(values.max())) if len(values) else None)
+            interval = (float(values.min()), float(values.max())) if len(values) else None
+            intervals.append(interval)
         return intervals
 
     def undetermined_parameters(self) -> list[str]:
@@ -245,33 +256,42 @@ class Fit:
         if not len(inside):
             return []
         spans = np.ptp(inside, axis=0)
-        return [each.name for each, span in zip(self.ranges, spans, strict=True) if span > WIDE_SHARE]
+        pairs = zip(self.ranges, spans, strict=True)
+        return [its_range.name for its_range, span in pairs if span > WIDE_SHARE]
 
     def tied(self) -> Iterator[tuple[Range, Range, Floats]]:
         """Pairs of parameters that cannot be distinguished, and their values (2, 2) at both ends of the set at 95 %."""
-        inside = self.islands[0][0] if self.islands else np.empty((0, len(self.ranges)))
+        if not self.islands:
+            return
+        # Of the best set alone: two separate sets would look tied by lying apart.
+        inside, _ = self.islands[0]
         if len(inside) < FEW_POINTS:
             return
         for first, second in itertools.combinations(range(len(self.ranges)), 2):
             x, y = inside[:, first], inside[:, second]
             if min(np.ptp(x), np.ptp(y)) <= LEAST_TIED:
                 continue
+            # Of ranks, as a valley may be bent.
             correlation = scipy.stats.spearmanr(x, y).statistic
             if not abs(float(correlation)) > TIED:
                 continue
             order = np.argsort(x)
+            # Medians of a few points: the outermost one alone is a matter of the draw.
             low = np.median(inside[order[:FEW_POINTS]], axis=0)
             high = np.median(inside[order[-FEW_POINTS:]], axis=0)
             ends = np.array([low, high])
-            pair = (self.ranges[first], self.ranges[second])
-            yield *pair, np.array([pair[0].at(ends[:, first]), pair[1].at(ends[:, second])])
+            one, other = self.ranges[first], self.ranges[second]
+            values = np.array([one.at(ends[:, first]), other.at(ends[:, second])])
+            yield one, other, values
 
     def differs(self, other: "Fit") -> float:
         """Share of the set at 95 %, or of the surroundings of the nearest point, in which another fit differs."""
         cloud, misfit = self.cloud
         limit = self.acceptable_misfit(misfit)
-        own, others = misfit <= limit, other.misfit(cloud, other.reached) <= limit
-        return float((own ^ others).sum() / max((own | others).sum(), 1))
+        mine = misfit <= limit
+        its = other.misfit(cloud, other.reached) <= limit
+        in_one_only, in_any = (mine ^ its).sum(), (mine | its).sum()
+        return float(in_one_only / max(in_any, 1))
 
 
 def _next_points(found: Fit, count: int) -> Floats:
@@ -282,15 +302,20 @@ def _next_points(found: Fit, count: int) -> Floats:
     if not len(inside):
         inside = cloud
     least = float(misfit.min())
+    # Far from agreement the surrogate need not be precise: errors count beside what is missed there anyway.
     beyond = max(least / found.limit(LEVELS[-1]), 1.0) if math.isfinite(least) else 1.0
-    errors = found.predict(inside)[1] / (found.noise * beyond**0.5)
-    if np.percentile(errors.max(axis=1), 95) <= PRECISE:
+    _, errors = found.predict(inside)
+    shares = errors / (found.noise * beyond**0.5)
+    if np.percentile(shares.max(axis=1), 95) <= PRECISE:
         return np.empty((0, len(found.ranges)))
-    apart = np.asarray(scipy.spatial.KDTree(found.computed.x).query(inside)[0])
+    distances, _ = scipy.spatial.KDTree(found.computed.x).query(inside)
+    distances = np.asarray(distances)
     chosen = []
+    # Each next point is the one farthest from all computed and chosen ones.
     for _ in range(min(count, len(inside))):
-        chosen.append(inside[apart.argmax()])
-        apart = np.minimum(apart, np.linalg.norm(inside - chosen[-1], axis=1))
+        farthest = inside[distances.argmax()]
+        chosen.append(farthest)
+        distances = np.minimum(distances, np.linalg.norm(inside - farthest, axis=1))
     return np.array(chosen)
 
 
@@ -299,7 +324,8 @@ def _separate(x: Floats) -> NDArray[np.int_]:
     dimensions = x.shape[1]
     widest = (CLOUD / FEW_POINTS) ** (1.0 / dimensions)
     boxes = max(int(min(widest, len(x) / FEW_POINTS)), 1)
-    box = tuple(np.clip(boxes * x, 0, boxes - 1).astype(int).T)
+    numbers = np.clip(boxes * x, 0, boxes - 1).astype(int)
+    box = tuple(numbers.T)
     full = np.zeros((boxes,) * dimensions, dtype=np.bool_)
     full[box] = True
     # Boxes that meet at a corner belong together: all 3^d - 1 neighbours count.

@@ -150,12 +150,15 @@ def indices(
     found = replace(found, scatter=scatter, predictivity=surrogate.predictivity)
     if surrogate.predictivity < LEAST_PREDICTED:
         # Down to a tenth of a percent, as 79.97 % are not the 80 % that are needed.
-        share = f"{math.floor(1000.0 * max(surrogate.predictivity, 0.0)) / 10.0:g} %"
+        thousandths = math.floor(1000.0 * max(surrogate.predictivity, 0.0))
+        share = f"{thousandths / 10.0:g} %"
         least = f"{100.0 * LEAST_PREDICTED:.0f} %"
         why = f"a smooth dependence predicts {share} of the variance of cases left out, and {least} are needed"
         return replace(found, unknown=f"{why}: add cases, or members")
+    # Levels are finitely many combinations, of which all are evaluated; ranges are integrated by points.
     has_levels = all(axis.levels for axis in axes)
-    first, total = (_level_indices if has_levels else _range_indices)(axes, surrogate)
+    draw_indices = _level_indices if has_levels else _range_indices
+    first, total = draw_indices(axes, surrogate)
     missed = float(np.clip(1.0 - surrogate.predictivity, scatter, 1.0))
     return replace(found, first=_interval(first, missed), total=_interval(total, missed))
 
@@ -168,7 +171,8 @@ def _count_cases(of: str, columns: Mapping[str, NDArray[Any]], values: Floats, e
     if np.isfinite(errors[is_known]).any() and np.ptp(known) > 0.0:
         # The squares of numbers near the largest float overflow: noise is then infinite.
         with np.errstate(over="ignore"):
-            noise = float(np.nanmean(errors[is_known] ** 2) / np.var(known))
+            variance_of_error = np.nanmean(errors[is_known] ** 2)
+            noise = float(variance_of_error / np.var(known))
     unsure = is_known & np.isnan(errors)
     none = np.full((len(columns), 3), np.nan)
     return Sensitivity(
@@ -254,6 +258,7 @@ def _table(
         return None
     back = np.argsort(order)
     known = errors[np.isfinite(errors)]
+    # An unknown ± counts as the others do: with none at all its case would look exact.
     usual = float(np.sqrt(np.mean(known**2))) if len(known) else 0.0
     errors = np.nan_to_num(errors[back], nan=usual)
     return values[back].reshape(shape), errors.reshape(shape)
@@ -271,7 +276,9 @@ def _table_indices(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
         again.append(_shares(drawn, 2.0 * noise))
     # (2 ends, first and total, axes).
     ends = np.percentile(again, ENDS, axis=0)
-    return np.column_stack([first, *ends[:, 0]]), np.column_stack([total, *ends[:, 1]])
+    first_with_ends = np.column_stack([first, *ends[:, 0]])
+    total_with_ends = np.column_stack([total, *ends[:, 1]])
+    return first_with_ends, total_with_ends
 
 
 def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:
@@ -296,9 +303,11 @@ def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:
 
 def _interval(drawn: Floats, missed: float) -> Floats:
     """Mean and ends over draws (paths, axes), as (axes, 3): missed is the share of the variance that the draws do not have."""
+    # 95 % of a normal distribution.
     means, spread = drawn.mean(axis=0), 1.96 * drawn.std(axis=0)
-    ends = np.clip([means - spread, means + spread], 0.0, 1.0) * (1.0 - missed)
-    return np.column_stack([means, ends[0], ends[1] + missed])
+    # Indices are shares of the variance that is predicted: of the rest a parameter may have nothing, or all.
+    low, high = np.clip([means - spread, means + spread], 0.0, 1.0) * (1.0 - missed)
+    return np.column_stack([means, low, high + missed])
 
 
 # Numbers with what is known of their errors.
@@ -320,7 +329,8 @@ def point_errors(points: Points, spread: Floats) -> Floats:
     spread: standard deviation over members, NaN for a single member.
     """
     members = np.where(points.members > 1, points.members, np.nan)
-    return np.where(np.isfinite(points.errors), points.errors, student(members) * spread / np.sqrt(members))
+    standard_errors = student(members) * spread / np.sqrt(members)
+    return np.where(np.isfinite(points.errors), points.errors, standard_errors)
 
 
 def _deviation(values: NDArray[Any]) -> float:

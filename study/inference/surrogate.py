@@ -133,21 +133,26 @@ class Surrogate:
         waves = waves / self.lengths[:, None]
         phases = draw.uniform(0.0, 2.0 * np.pi, WAVES)
         # The mean of cos² is a half: heights of variance 2·amplitude/WAVES add up to the amplitude.
-        heights = draw.standard_normal((WAVES, count)) * np.sqrt(2.0 * self.amplitude / WAVES)
+        variance = 2.0 * self.amplitude / WAVES
+        heights = draw.standard_normal((WAVES, count)) * np.sqrt(variance)
 
         def before(x: Floats) -> Floats:
             return np.asarray(np.cos(x @ waves + phases) @ heights)
 
-        errors = draw.standard_normal((len(self.x), count)) * np.sqrt(self.noise)[:, None]
+        deviations = np.sqrt(self.noise)
+        errors = draw.standard_normal((len(self.x), count)) * deviations[:, None]
+        # One draw for all values of a function: what members share moves all of them together.
         if self.common.any():
             errors += self.common[:, None] * draw.standard_normal(count)
+        # Matheron's rule: f + k K⁻¹ (y - f - ε) is a draw of the function given the values.
         missed = self.residual[:, None] - before(self.x) - errors
         bend = scipy.linalg.cho_solve(self.factor, missed)
 
         def drawn(x: Floats) -> Floats:
             parts = [x[first : first + CHUNK] for first in range(0, len(x), CHUNK)]
-            found = [before(part) + self._covariance(part) @ bend for part in parts]
-            return np.asarray(self.mean + self.scale * np.concatenate(found).T)
+            residuals = [before(part) + self._covariance(part) @ bend for part in parts]
+            scaled = np.concatenate(residuals).T
+            return np.asarray(self.mean + self.scale * scaled)
 
         return drawn
 
@@ -183,19 +188,23 @@ def regress(
     own = errors**2 - together**2
     stated = np.diag(own) + np.outer(together, together)
     some = _pick_evenly(len(y), MOST_LEARNT)
-    kernel, found = _likeliest(x[some], residual[some], stated[np.ix_(some, some)])
-    lengths, amplitude, scatter = found[:-2], float(found[-2]), float(found[-1])
+    kernel, likeliest = _likeliest(x[some], residual[some], stated[np.ix_(some, some)])
+    lengths, (amplitude, scatter) = likeliest[:-2], likeliest[-2:].tolist()
     unexplained = scatter + JITTER * amplitude
     distance = scipy.spatial.distance.cdist(x / lengths, x / lengths)
-    covariance = amplitude * kernel.value(distance) + stated + unexplained * np.eye(len(x))
+    identity = np.eye(len(x))
+    covariance = amplitude * kernel.value(distance) + stated + unexplained * identity
     factor = scipy.linalg.cho_factor(covariance, lower=True)
-    inverse = scipy.linalg.cho_solve(factor, np.eye(len(x)))
+    inverse = scipy.linalg.cho_solve(factor, identity)
     # What all others miss of each value, and its variance: Eq. 5.12.
     variances = 1.0 / np.diag(inverse)
     squares = (inverse @ residual * variances) ** 2
     surprise = float(np.sqrt(np.mean(squares / variances)))
+    # Of what is missed the ± explains its variance; the rest is known no better than the mean of so many squares.
     known = float(own.mean())
-    missed = max(float(squares.mean()) - known, float(squares.std()) / len(x) ** 0.5)
+    standard_error = float(squares.std()) / len(x) ** 0.5
+    missed = max(float(squares.mean()) - known, standard_error)
+    # Residuals have the variance 1.
     share = 1.0 - missed / max(1.0 - known, 1e-12)
     own_scatter = scale * scatter**0.5
     return Surrogate(
@@ -217,7 +226,8 @@ def regress(
 
 def _pick_evenly(count: int, most: int) -> NDArray[np.int_]:
     """At most `most` of the numbers 0 to count - 1, evenly spaced."""
-    return np.linspace(0, max(count - 1, 0), min(count, most)).astype(int)
+    places = np.linspace(0, max(count - 1, 0), min(count, most))
+    return places.astype(int)
 
 
 def _share(part: Floats, whole: Floats) -> Floats:
@@ -239,8 +249,9 @@ def _smooth_errors(x: Floats, errors: Floats) -> Floats:
     if known.sum() < FEWEST_VALUES:
         return np.nan_to_num(errors)
     logs = np.log(errors[known])
+    unknown = np.full(len(logs), np.nan)
     try:
-        smooth, _ = regress(x[known], logs, np.full(len(logs), np.nan)).predict(x)
+        smooth, _ = regress(x[known], logs, unknown).predict(x)
     # All values are alike.
     except TooFewError:
         return np.full(len(errors), np.exp(logs[0]))
@@ -258,12 +269,13 @@ def _likeliest(x: Floats, residual: Floats, stated: Floats) -> tuple[Covariance,
     def unlikelihood(logs: Floats, kernel: Covariance) -> tuple[float, Floats]:
         return _unlikelihood(kernel, np.exp(logs), apart, residual, stated)
 
-    found = []
+    # A likelihood may have several maxima: each kernel is climbed from two starts.
+    maxima = []
     for kernel in KERNELS:
         for length, amplitude, scatter in STARTS:
             start = np.log([*[length] * dimensions, amplitude, scatter])
-            found.append((kernel, climb(unlikelihood, start, (kernel,))))
-    kernel, best = min(found, key=lambda each: float(each[1].fun))
+            maxima.append((kernel, climb(unlikelihood, start, (kernel,))))
+    kernel, best = min(maxima, key=lambda maximum: float(maximum[1].fun))
     return kernel, np.exp(best.x)
 
 
@@ -274,16 +286,18 @@ def _unlikelihood(
 
     parameters: lengths (d,), amplitude, scatter; apart: squared distances (n, n, d).
     """
-    lengths, amplitude, scatter = parameters[:-2], parameters[-2], parameters[-1]
+    lengths, (amplitude, scatter) = parameters[:-2], parameters[-2:]
     squares = apart / lengths**2
     r = np.sqrt(squares.sum(axis=-1))
     smooth = amplitude * kernel.value(r)
-    covariance = smooth + stated + (scatter + JITTER * amplitude) * np.eye(len(residual))
+    identity = np.eye(len(residual))
+    covariance = smooth + stated + (scatter + JITTER * amplitude) * identity
+    # Rounding may leave a covariance that is not positive at extreme parameters: the search turns back from there.
     try:
         factor = scipy.linalg.cho_factor(covariance, lower=True)
     except np.linalg.LinAlgError:
         return 1e10, np.zeros_like(parameters)
-    inverse = scipy.linalg.cho_solve(factor, np.eye(len(residual)))
+    inverse = scipy.linalg.cho_solve(factor, identity)
     weights = inverse @ residual
     # Half the logarithm of the determinant is the sum of those of the factor's diagonal.
     half_determinant = np.log(np.diag(factor[0])).sum()
@@ -291,7 +305,8 @@ def _unlikelihood(
     change = inverse - np.outer(weights, weights)
     # Eq. 5.9, ½ tr((K⁻¹ - α αᵀ) ∂K/∂θ) with α = K⁻¹ y. By the logarithm of a length k(r) changes by -k'/r times that
     # length's part of r².
-    by_length = 0.5 * np.einsum("ij,ijk->k", change * amplitude * kernel.slope(r), squares)
+    slopes = change * amplitude * kernel.slope(r)
+    by_length = 0.5 * np.einsum("ij,ijk->k", slopes, squares)
     by_amplitude = 0.5 * np.sum(change * smooth)
     by_scatter = 0.5 * scatter * np.trace(change)
     return float(value), np.array([*by_length, by_amplitude, by_scatter])
