@@ -587,7 +587,7 @@ class NamedFiles(Checker):
         return self._read(read, "roughness", good["file"], number)
 
     def observables(self, references: Sequence[str]) -> tuple[str, tuple[Observable, ...]]:
-        """One's own numbers that a campaign names, and the text of their files; those that are refused are left out."""
+        """The user's own numbers that a campaign names, and the text of their files; refused ones are left out."""
         numbers: list[Observable] = []
         texts: dict[str, str] = {}
         names = source_files(references)

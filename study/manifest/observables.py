@@ -1,7 +1,7 @@
 """One's own numbers: functions of a Python file beside a campaign. Here their text is read and parsed, never executed.
 
-What a number means and what it is a number of follow from the text. Only a process that computes executes it
-(nanoslip.study.tasks.functions).
+The meaning of a number, and whether it belongs to a record or to a drive, follow from the text. Only a process that computes
+executes the file (nanoslip.study.tasks.functions).
 """
 
 import ast
@@ -37,7 +37,7 @@ class Observable:
     driven: bool
     """True if it is a number of a drive."""
     text: str = field(repr=False)
-    """Source by which results are known: of the whole file; of a function without one its own."""
+    """Source by which results are known: the text of the whole file, or of the function if there is no file."""
     file: str
     """Path of the source, which messages name."""
     function: Callable[..., Any] | None = field(default=None, compare=False)
@@ -175,7 +175,7 @@ def _missing_need(name: str, file: str, functions: Collection[str]) -> str:
 
 
 def stage_need(observable: Observable, stages: Collection[str]) -> str:
-    """The stage that a number lacks among those of its campaign; empty if it has all that it needs."""
+    """The stage that a number needs and its campaign lacks; empty if the campaign has all."""
     if "slip" not in stages:
         return 'stage "slip": without it there is no friction record'
     if observable.driven and "dynamics" not in stages:

@@ -71,16 +71,22 @@ def skippable_tasks(
 
     given_up: keys of tasks that it does not try.
     """
-    found = {**merged, **own}
-    while lacking := _read(plan, found, given_up) - own.keys():
-        found = {key: each for key, each in found.items() if key not in lacking}
-    return found
+    skipped = {**merged, **own}
+    # A result that was merged is in another folder: a task that reads it has it computed here, with all that this needs.
+    while True:
+        lacking = _read(plan, skipped, given_up) - own.keys()
+        if not lacking:
+            return skipped
+        skipped = {key: result for key, result in skipped.items() if key not in lacking}
 
 
 def _read(plan: Plan, finished: Collection[str], given_up: Collection[str]) -> set[str]:
     """Results that a remaining task reads."""
     tried = plan.possible(plan.remaining(finished), set(given_up) - set(finished))
-    return {need for task in tried for need in task.needs if need in finished}
+    read: set[str] = set()
+    for task in tried:
+        read.update(task.needs)
+    return read.intersection(finished)
 
 
 class UnfinishedError(StoreError):
@@ -100,14 +106,19 @@ KILLED: Final = (
 
 def blame(plan: Plan, store: Store, journal: Journal, into: Path) -> None:
     """Record tasks interrupted by the last run as failed, permanently at the second time."""
-    if keys := long_task_keys(into).difference(store.inventory()):
+    keys = long_task_keys(into).difference(store.inventory())
+    if keys:
         before = store.failures()
         for task in plan.tasks:
             failure = before.get(task.key)
-            if task.key in keys and not (failure and failure.given_up):
-                second = failure is not None and failure.message == KILLED
-                done = Done(task.key, Outcome(Ending.CRASHED, KILLED), 0.0, passing=not second)
-                journal.failed(task, done, final=True)
+            if task.key not in keys or (failure and failure.given_up):
+                continue
+            # Once a run may be killed for a reason that has nothing to do with its tasks: somebody ended it.
+            second = failure is not None and failure.message == KILLED
+            outcome = Outcome(Ending.CRASHED, KILLED)
+            done = Done(task.key, outcome, 0.0, passing=not second)
+            journal.failed(task, done, final=True)
+    # Forgotten only now: a run that is killed while it notes failures leaves the list to the next one.
     with suppress(OSError):
         (into / BEGUN).unlink(missing_ok=True)
 

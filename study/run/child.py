@@ -232,7 +232,9 @@ class ChildProcess:
     def last_words(self) -> str:
         """The traceback of the fault that ended it; empty if it left none."""
         self._last_words.seek(0)
-        return self._last_words.read(_MOST_WORDS).decode(errors="replace").partition("\nExtension modules:")[0]
+        text = self._last_words.read(_MOST_WORDS).decode(errors="replace")
+        # faulthandler lists hundreds of modules after the traceback.
+        return text.partition("\nExtension modules:")[0]
 
     def out_of_memory(self) -> bool:
         """True if the kernel has killed a process for lack of memory since this one was started."""

@@ -99,12 +99,15 @@ class TaskQueue:
     def finish(self, key: str) -> Work:
         """Mark a taken task as finished, and return it: tasks that needed only this one become ready."""
         finished = self.tasks.pop(key)
-        for each in self._dependents.pop(key, ()):
-            if (missing := self._missing.get(each)) is not None:
-                missing.remove(key)
-                if not missing:
-                    del self._missing[each]
-                    self.put_back(each)
+        for dependent in self._dependents.pop(key, ()):
+            missing = self._missing.get(dependent)
+            # None of a dependent that was abandoned, as another of its needs failed.
+            if missing is None:
+                continue
+            missing.remove(key)
+            if not missing:
+                del self._missing[dependent]
+                self.put_back(dependent)
         return finished
 
     def abandon(self, key: str) -> list[Work]:
@@ -428,12 +431,16 @@ class Ledger:
         """Record the end of a taken task; tasks that need a failed task are abandoned."""
         if done.halt and not self._refuses(done):
             return
-        if done.died and (outcome := self._watch.kept(done.key)):
-            done = replace(done, outcome=outcome)
+        if done.died:
+            # A process may die between keeping a result and reporting it: the result counts.
+            outcome = self._watch.kept(done.key)
+            if outcome:
+                done = replace(done, outcome=outcome)
         self._away -= 1
         self._seconds += done.seconds
         self._processor += done.processor
-        self._hosts |= {done.where} if done.where else set()
+        if done.where:
+            self._hosts.add(done.where)
         if done.halt or done.outcome.ending in UNDONE:
             self._fail(done)
         else:
@@ -448,6 +455,7 @@ class Ledger:
         again, kept = done.key in self._refused, self._kept
         self._refused.add(done.key)
         self._kept = False
+        # Others were kept since, and this one is refused once more: it is at fault, not the disk.
         if kept and again:
             return True
         self._away -= 1
@@ -470,8 +478,8 @@ class Ledger:
         self._crashed += 1 + len(waiting)
         self._watch.ended(task, done.outcome, done.seconds)
         lost = Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}")
-        for each in waiting:
-            self._watch.ended(each, lost, 0.0)
+        for dependent in waiting:
+            self._watch.ended(dependent, lost, 0.0)
 
     def tally(self, interrupted: bool) -> RunTally:
         """The counts so far. A signal that came after the last task interrupted nothing."""
@@ -527,8 +535,16 @@ class Dispatcher:
         """Send ready tasks to the least loaded rank while it is idle or will be within the lookahead."""
         parcels: dict[int, list[Any]] = defaultdict(list)
         enough = REFILL * self._lookahead
-        while self._load[rank := int(self._load.argmin())] < enough and (tasks := self._parcel(rank)):
+        while True:
+            rank = int(self._load.argmin())
+            # If the least loaded rank has enough, all have.
+            if not self._load[rank] < enough:
+                break
+            tasks = self._parcel(rank)
+            if not tasks:
+                break
             parcels[rank] += tasks
+        # One message a rank, whatever number of parcels it has got.
         for rank, tasks in parcels.items():
             self._give(rank, tasks)
 
@@ -548,11 +564,12 @@ class Dispatcher:
             return []
         # A look at all ranks takes time, which messages wait for.
         self._next_look = now + 0.1 * STRANDED
-        late = np.flatnonzero(self._heard < now - max(STRANDED, 2.0 * self._lookahead)).tolist()
-        found = [rank for rank in late if len(self._doing[rank]) > 1]
-        # Nothing more for that rank until it is idle.
-        self._load[found] = self._heard[found] = math.inf
-        return found
+        patience = max(STRANDED, 2.0 * self._lookahead)
+        late = np.flatnonzero(self._heard < now - patience).tolist()
+        stranded = [rank for rank in late if len(self._doing[rank]) > 1]
+        # Nothing more for these ranks until they are idle.
+        self._load[stranded] = self._heard[stranded] = math.inf
+        return stranded
 
     def _parcel(self, rank: int) -> list[Any]:
         """Take the next tasks for a rank: one if it is idle, and more while they are short and enough are left for others.

@@ -62,17 +62,22 @@ class Farm(ABC):
             for rank, ended, returned in found:
                 if ended:
                     self._unsettled.add(rank)
-                dispatcher.take_back(rank, [*(done.key for done in ended), *returned])
+                ended_keys = [done.key for done in ended]
+                # First the load of the rank: entering an end may make tasks ready, which go where there is room.
+                dispatcher.take_back(rank, [*ended_keys, *returned])
                 for done in ended:
                     ledger.enter(done)
                 ledger.give_back(returned)
 
         while ledger.unfinished and not (self.interruption.requested or ledger.halt):
             dispatcher.hand_out()
-            take_in([(rank, (), self.take_back(rank)) for rank in dispatcher.stranded()])
+            # Tasks that wait behind one that takes much longer than expected go to other ranks.
+            stranded = [(rank, (), self.take_back(rank)) for rank in dispatcher.stranded()]
+            take_in(stranded)
             take_in(self.news())
         # What has begun is awaited and kept; what only waits is left to the next run.
-        take_in([(rank, (), self.take_back(rank)) for rank in range(self.size)])
+        waiting = [(rank, (), self.take_back(rank)) for rank in range(self.size)]
+        take_in(waiting)
         while dispatcher.busy:
             take_in(self.news())
         return ledger.tally(self.interruption.requested)
@@ -149,6 +154,7 @@ class SerialFarm(Farm):
         if not self._waiting:
             return []
         task, where = self._waiting.pop(0), dispatch.Worker(0, socket.gethostname())
+        # All but KeyboardInterrupt: a task that calls sys.exit must not end the run.
         survive = (Exception, SystemExit, GeneratorExit)
         done = dispatch.attempt(self._execute(), task, where, survive, self.advance)
         dispatch.print_failure(task, done)
@@ -187,11 +193,15 @@ class ProcessFarm(Farm):
 
     def news(self) -> list[News]:
         """The tasks that have ended; waits a little for one, where none has."""
-        connection.wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], NEWS_SECONDS)
-        found: list[News] = [(rank, agent.arrived(), ()) for rank, agent in enumerate(self._agents)]
-        for underway in filter(None, [agent.take_progress() for agent in self._agents]):
-            self.advance(underway)
-        return found
+        pipes = [agent.pipe for agent in self._agents if agent.busy and agent.pipe]
+        connection.wait(pipes, NEWS_SECONDS)
+        # All agents are asked, not only those whose pipe is ready: a child that hangs sends nothing.
+        news: list[News] = [(rank, agent.arrived(), ()) for rank, agent in enumerate(self._agents)]
+        for agent in self._agents:
+            underway = agent.take_progress()
+            if underway:
+                self.advance(underway)
+        return news
 
 
 SHORTEST_PAUSE: Final = 1e-4
@@ -264,8 +274,11 @@ class MPIFarm(Farm):
     def news(self) -> list[News]:
         """Receive messages from other ranks and from this rank's child; wait a little if there are none."""
         done = self._agent.arrived()
-        found: list[News] = [(0, done, ())] if done else []
-        if underway := self._agent.take_progress():
+        found: list[News] = []
+        if done:
+            found.append((0, done, ()))
+        underway = self._agent.take_progress()
+        if underway:
             self.advance(underway)
         for rank, message in self._receive_messages():
             if message == TOLD_TO_STOP:

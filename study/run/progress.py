@@ -55,15 +55,20 @@ class TimeForecast:
         return done / (done + left) if left > 0.0 else 1.0
 
     def _core_seconds(self) -> float:
-        """Each task that has advanced goes on at its own rate, the others at that of their kind."""
+        """Seconds left of all tasks together: at the rate of each task that has advanced, else at the rate of its kind."""
         left, of_begun = dict(self._left), 0.0
         measured = MeasuredTimes(self._measured.as_data())
         for task, underway in list(self._underway.values()):
             if underway.share > 0.0:
                 left[task.kind] -= task.cost
+                # At a steady rate the rest, 1 - share, takes seconds/share times that.
                 of_begun += underway.seconds * (1.0 / underway.share - 1.0)
                 measured.learn_part(task, underway.share, underway.seconds)
-        return of_begun + sum(max(seconds, 0.0) * measured.factor(kind) for kind, seconds in left.items())
+        of_others = 0.0
+        for kind, seconds in left.items():
+            # Below zero by rounding, once all tasks of a kind have been subtracted.
+            of_others += max(seconds, 0.0) * measured.factor(kind)
+        return of_begun + of_others
 
 
 def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float] = attrgetter("cost")) -> float:
@@ -88,8 +93,10 @@ def roughly(seconds: float) -> str:
 
 def to_one_digit(seconds: float) -> str:
     """Seconds as text: `0.05 s`, `3 min`."""
-    _, unit, word = next(each for each in _UNITS if seconds / each[1] < each[0])
-    return f"{float(f'{seconds / unit:.1g}'):g} {word}"
+    _, unit, word = next(row for row in _UNITS if seconds / row[1] < row[0])
+    # To one digit and then plainly: `.1g` alone would write 4e+01.
+    number = float(f"{seconds / unit:.1g}")
+    return f"{number:g} {word}"
 
 
 _UNITS: Final = (
@@ -173,7 +180,9 @@ class Progress(Watch):
 
     def _begin(self) -> None:
         seconds = self._forecast.seconds
-        self._print(f"{self._tasks} to do{f', {roughly(seconds)}' if seconds >= SILENCE else ''}")
+        # What is done before the next line needs no forecast.
+        expected = f", {roughly(seconds)}" if seconds >= SILENCE else ""
+        self._print(f"{self._tasks} to do{expected}")
 
     def _end(self, took: str) -> None:
         self._print(f"{self._done} of {self._tasks} done {took}")
@@ -182,7 +191,10 @@ class Progress(Watch):
         rate, left = self._pace()
         share = self._processor_share("this process gets " if self._ranks == 1 else "each process gets ")
         parts = [f"{self._done} of {self._count} tasks", rate, left, self._done_of_task(), share]
-        self._print(f"{', '.join(filter(None, parts))}: {', '.join(+self._kinds)}")
+        state = ", ".join(filter(None, parts))
+        # A counter with a plus sign before it has only what is more than zero: kinds with tasks left.
+        kinds = ", ".join(+self._kinds)
+        self._print(f"{state}: {kinds}")
 
     def _done_of_task(self) -> str:
         """Share that is done of the only task that has advanced, as text."""
@@ -194,7 +206,9 @@ class Progress(Watch):
         underway = self._forecast.underway
         seconds = sum(each.seconds for each in underway)
         processor = sum(each.processor for each in underway)
-        return "" if processor >= CROWDED * seconds else f"{process}{processor / seconds:.0%} of a core"
+        if processor >= CROWDED * seconds:
+            return ""
+        return f"{process}{processor / seconds:.0%} of a core"
 
     @property
     def _tasks(self) -> str:
@@ -203,8 +217,11 @@ class Progress(Watch):
     def _pace(self) -> tuple[str, str]:
         """Time passed, or tasks per second so far once some are done, and the remaining time, as text."""
         now = time.monotonic()
-        passed, left = now - self._start, self._forecast.seconds - (now - self._last)
-        rate = f"{self._done / passed:.2g} per s" if self._done / passed >= 1.0 else f"{duration(passed)}"
+        passed = now - self._start
+        # The forecast is as old as the last news.
+        left = self._forecast.seconds - (now - self._last)
+        per_second = self._done / passed
+        rate = f"{per_second:.2g} per s" if per_second >= 1.0 else duration(passed)
         if left < 0.0 and self._done < self._count:
             # All that is known is that the estimate was too short: if no scale of time is more likely than another, what is
             # left is as likely longer as shorter than what has passed (Gott, Nature 363, 315, 1993).

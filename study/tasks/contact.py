@@ -1,5 +1,5 @@
-"""Initial contact. Sliding starts from its own, so a task of contact alone exists only where nothing follows it or where
-its tractions are wanted."""
+"""Initial contact. A record computes the contact that it starts from, so a task of contact alone exists only if nothing slides
+or if tractions are requested."""
 
 from dataclasses import dataclass
 from typing import Final

@@ -71,7 +71,7 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
 
 
 def _miniature(task: Task) -> tuple[Task, ...]:
-    """The record of one contact: each slides as if it carried all."""
+    """The record of a single contact: each contact slides as if it carried all."""
     return KINDS["record"].miniature(task)
 
 

@@ -1,4 +1,4 @@
-"""The motion of the driven pin over a case's friction records, and what is measured in it."""
+"""The motion of the driven pin over a case's friction records, and the numbers that are measured in it."""
 
 from contextlib import suppress
 from dataclasses import fields, replace

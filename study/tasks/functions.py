@@ -128,7 +128,7 @@ def load_all(manifest: Manifest) -> None:
 
 
 def _load_need(number: Observable) -> str:
-    """Load a number; returns what it needs if it does not load."""
+    """Load a number; returns the requirement that it misses if it does not load."""
     # A function of Python brings what it needs; of a file nothing but its text decides the key of a result.
     need = "" if number.function else _one_file_need(Path(number.file), number.text)
     if need:

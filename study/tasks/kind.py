@@ -133,7 +133,7 @@ class Kind:
     driven: bool = False
     """True if its results belong to cases and drives."""
     require_arrays: Callable[[TaskResult], None] = lambda _: None
-    """Raises ValueError for a completed result whose arrays, those of its parts aside, are of no use."""
+    """Raises ValueError for a completed result whose arrays that are in no part are of no use."""
 
 
 class Kinds(Mapping[str, Kind]):
@@ -192,10 +192,13 @@ def result_quantities(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
             if stated.ensemble:
                 numbers[name] = replace(stated, along=MEMBER, ensemble=False, si=None)
         return numbers
-    every: dict[str, Quantity] = {}
+    declared: dict[str, Quantity] = {}
     for part in kind.parts:
-        every |= quantities(part.type, part.prefix)
-    return {name: stated for name, stated in every.items() if stated.along == along}
+        for name, stated in quantities(part.type, part.prefix).items():
+            # Sorted out here: a scalar and a column of two parts may have the same name.
+            if stated.along == along:
+                declared[name] = stated
+    return declared
 
 
 def names_to_drop(kind: Kind, manifest: Manifest) -> frozenset[str]:
@@ -208,7 +211,7 @@ def names_to_drop(kind: Kind, manifest: Manifest) -> frozenset[str]:
 
 
 OWN: Final = {"observables": False, "drive_observables": True}
-"""Kinds of task of one's own numbers -> whether these are of drives."""
+"""Kinds of task that compute a user's own numbers -> True for numbers of drives."""
 
 
 def own_quantities(kind: str, manifest: Manifest) -> dict[str, Quantity]:
@@ -217,7 +220,7 @@ def own_quantities(kind: str, manifest: Manifest) -> dict[str, Quantity]:
 
 
 def own_quantity(number: Observable) -> Quantity:
-    """Declaration of one's own number: the function knows its unit."""
+    """Declaration of a user's own number, without a unit: the function alone knows it."""
     source = f"{number.reference}, SHA-256 {number.sha256}"
     return Quantity(number.name, number.meaning, "", ensemble=True, comment=number.comment, source=source)
 
