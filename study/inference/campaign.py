@@ -317,7 +317,7 @@ def _document_without_axes(given: Mapping[str, Any], asked: Container[str]) -> d
 
 
 def _as_range(error: ManifestError, tables: Container[str | int], given: str) -> ManifestError:
-    """The error of a range that was checked as the only axis: problems of these tables belong to the given range, not to a file."""
+    """The error of a range that was checked as the only axis: problems of these tables belong to the range, not to a file."""
     problems = []
     for each in error.problems:
         of_range = replace(each, place=Place(), key=given, value=ABSENT)
