@@ -273,7 +273,8 @@ def _with_equal_labels(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
             if coordinate.dtype.kind == "f":
                 known = labels.get(str(name), coordinate.values)
                 own = _replace_within_rounding(coordinate.values, known)
-                equal[name] = coordinate.copy(data=own)
+                if not np.array_equal(own, coordinate.values, equal_nan=True):  # else nothing is aligned anew
+                    equal[name] = coordinate.copy(data=own)
                 labels[str(name)] = np.union1d(known, own)
         relabelled.append(root.assign_coords(equal))
     return relabelled
