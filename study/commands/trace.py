@@ -82,7 +82,7 @@ SENTENCES: Final = {
     "pull, and left out; --from and --to choose another part",
     "sensor_limit": "{low} samples are at the least force and {high} at the largest, reached by jumps: the sensor's limit; "
     "numbers that need the forces beyond it are missing, and μ_s is the mean of the largest samples",
-    "gaps": "{count} gaps of the record, up to {longest:.3g} {over} long: no cycle, rise, fall or loop that spans one counts",
+    "gaps": "gaps in the record: {count}, up to {longest:.3g} {over} long: no cycle, rise, fall or loop that spans one counts",
     "averaged": "slips are lost in the noise of single samples: numbers are of means over {width} each",
     "offset": "the trace begins at {begins:.3g}{unit}: if nothing pulls there, take it off by offset",
     "noise": "where the force falls by less than {least:.2g}{unit} it counts as noise, not as a slip",
