@@ -145,7 +145,8 @@ class Drive:
     memory: bool = parameter(
         False,
         meaning="the pin is pulled over its contact",
-        comment="it remembers the way it went; without, friction is that of the record, and Eq. 13-15 lead back from it",
+        comment="the contact remembers its path; without memory friction is that of the record, "
+        "and the pin moves back by Eq. 13-15",
     )
     step_limit: int = parameter(
         20_000_000,

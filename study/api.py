@@ -35,10 +35,10 @@ from nanoslip.study.manifest.parameters import BETWEEN
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import files_in_campaign, load_manifest, parse_manifest
 from nanoslip.study.origin import here
-from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report.console import console
 from nanoslip.study.report.summary import failure_summary
-from nanoslip.study.results.store import Lease, StoreError
+from nanoslip.study.results.store import Lease, Store, StoreError
 from nanoslip.study.run.campaign import compute_campaign
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import MeasuredTimes, Watch
@@ -107,8 +107,8 @@ def run(
     retry: try failed tasks again.
     progress: print progress on standard error. None: on a terminal and in a notebook.
     jobs: processes, as `nanoslip run -j`: a task that ends its process fails alone. 1: this process itself.
-    observables: one's own numbers, beside those of the campaign: name of a variable -> function of a FrictionRecord, or of
-        this and the DynamicsResult of a drive over it; in the solver's units. Other processes (jobs, comm) import it by name.
+    observables: additional numbers of the user: name of a variable -> function of a FrictionRecord, or of a FrictionRecord
+        and the DynamicsResult of a drive over it; in the solver's units. Other processes (jobs, comm) import it by name.
     comm: communicator (mpi4py) whose ranks all call this and share the tasks. Rank 0 returns the dataset, the others None. Needs
         `out`, a folder that all ranks see.
 
@@ -128,20 +128,24 @@ def run(
     """
     manifest = read_campaign(campaign)
     if observables or manifest.observables:
-        manifest = with_own_numbers(manifest, read_functions(observables, apart=jobs != 1 or comm is not None))
+        apart = jobs != 1 or comm is not None
+        manifest = with_own_numbers(manifest, read_functions(observables, apart=apart))
     plan = make_plan(manifest)
     with ExitStack() as stack:
         folder, farm = _computing(stack, out, jobs, comm)
         if not farm.root:
             return None
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
-        show, warn, journal = partial(_is_progress_shown, progress), partial(_warn, 5), Journal(folder, "nanoslip.run")
+        show = partial(_is_progress_shown, progress)
+        warn = partial(_warn, 5)
+        journal = Journal(folder, "nanoslip.run")
         ended = compute_campaign(
             farm, plan, journal, lease, show, warn, recompute_foreign=recompute_foreign, retry=retry
         )
         if failed := ended.failed + ended.given_up:
             _warn(3, f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)")
         path, made = folder / file.FILE, dataset_hash(plan.manifest, ended.store)
+        # Reading a dataset takes far less than collecting one, but somebody may have changed its file meanwhile.
         if not (is_current_dataset(path, ended.store, made) and file.has_its_bytes(path)):
             collected = collect(plan, ended.store)
             # It sets aside what could not be read.
@@ -159,7 +163,7 @@ def run(
 
 
 def with_own_numbers(manifest: Manifest, numbers: tuple[Observable, ...]) -> Manifest:
-    """The manifest with these numbers beside its own, all of which can be computed. Raises ManifestError, InvalidInput."""
+    """The manifest with additional numbers, all of which can be computed. Raises ManifestError, InvalidInput."""
     together = replace(manifest, observables=(*manifest.observables, *numbers))
     for number in numbers:
         need = stage_need(number, manifest.stages)
@@ -189,7 +193,7 @@ def fit(
 
     Raises ManifestError, StoreError; ValueError if too few points have the numbers.
     """
-    targets = [Target(name, *given) for name, given in numbers.items()]
+    targets = [Target(name, *measured) for name, measured in numbers.items()]
     ranges = vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
     question = make_question(read_campaign(campaign), targets, ranges, fixed)
     question.check(Path("" if out is None else out))
@@ -197,12 +201,12 @@ def fit(
         folder, farm = _computing(stack, out, jobs)
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         show, warn = partial(_is_progress_shown, progress), partial(_warn, 4)
-        return question.answer(
-            lambda plan: compute_campaign(farm, plan, Journal(folder), lease, show, warn).store,
-            folder,
-            points,
-            failure_summary,
-        )
+
+        def compute(plan: Plan) -> Store:
+            journal = Journal(folder)
+            return compute_campaign(farm, plan, journal, lease, show, warn).store
+
+        return question.answer(compute, folder, points, failure_summary)
 
 
 def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
@@ -224,7 +228,7 @@ def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
     from nanoslip.study.tasks.record import record_of_member  # noqa: PLC0415  other calls do without the solver's bodies
 
     manifest = read_campaign(campaign)
-    possible = [each.case for each in expand(manifest) if each.case is not None]
+    possible = [campaign_case.case for campaign_case in expand(manifest) if campaign_case.case is not None]
     if strangers := selection.keys() - parameters_of_a_case().keys():
         raise KeyError(f"{sorted(strangers)[0]}: no parameter of a case")
     found = [case for case in possible if _has_values(case, selection)]
@@ -236,7 +240,8 @@ def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
     # Sums depend on the number of threads.
     with threadpoolctl.threadpool_limits(limits=1):
         compliance = surface_compliance(case.slab)
-        return [record_of_member(case, compliance, ensemble, number) for number in range(ensemble.members)]
+        numbers = range(ensemble.members)
+        return [record_of_member(case, compliance, ensemble, number) for number in numbers]
 
 
 def _has_values(case: Case, selection: Mapping[str, Any]) -> bool:
@@ -257,6 +262,7 @@ def _computing(stack: ExitStack, out: AnyPath | None, jobs: int, comm: Any = Non
     folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
     program = task_program(folder)
     farm = _farm(program, jobs, stack) if comm is None else stack.enter_context(sharing(comm, program))
+    # Other ranks work here until rank 0 lets them go; they raise if it ended by an error, so that none of them hangs.
     if not farm.root and farm.serve():
         raise StoreError(f"{folder}: not computed: rank 0 has raised the error")
     return folder, farm
@@ -315,7 +321,8 @@ def concat(
 def read_campaign(campaign: Campaign) -> Manifest:
     """Read a campaign: a file, the name of a shipped one, or a dict. Raises ManifestError."""
     need = "a file, a shipped campaign's name, or a dict"
-    require("campaign", campaign, isinstance(campaign, Mapping | str | os.PathLike), need)
+    is_known_kind = isinstance(campaign, Mapping | str | os.PathLike)
+    require("campaign", campaign, is_known_kind, need)
     if not isinstance(campaign, Mapping):
         return load_manifest(shipped.campaign_file(Path(campaign)))
     given, frames = dict(campaign), dict[str, str]()
@@ -330,7 +337,8 @@ def read_campaign(campaign: Campaign) -> Manifest:
     beside = {}
     for key, names in files_in_campaign(given).items():
         if key not in frames:
-            beside[key] = BETWEEN.join(read_text(Path(name)) for name in names)
+            texts = [read_text(Path(name)) for name in names]
+            beside[key] = BETWEEN.join(texts)
     return parse_manifest(DICT, text, beside | frames)
 
 

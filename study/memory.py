@@ -21,10 +21,13 @@ def is_shortage(error: BaseException) -> bool:
     A library that finds no room is an ImportError, a SystemError, or an OSError without a number: no other reason is likely under
     a limit. A thread that finds no room for its stack is a RuntimeError of these words.
     """
-    unnumbered = isinstance(error, ImportError | SystemError) or (isinstance(error, OSError) and error.errno is None)
+    unnumbered = isinstance(error, ImportError | SystemError)
+    if isinstance(error, OSError):
+        unnumbered = unnumbered or error.errno is None
     threadless = isinstance(error, RuntimeError) and str(error) == "can't start new thread"
     refused = isinstance(error, OSError) and error.errno == errno.ENOMEM
-    return isinstance(error, MemoryError) or refused or ((unnumbered or threadless) and address_limit() < math.inf)
+    by_limit = (unnumbered or threadless) and address_limit() < math.inf
+    return isinstance(error, MemoryError) or refused or by_limit
 
 
 def describe_shortage() -> str:

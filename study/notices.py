@@ -15,5 +15,7 @@ def print_notice(text: str) -> None:
     first, _, others = text.partition("\n")
     width = shutil.get_terminal_size(_UNLIMITED).columns
     lines = textwrap.wrap(first, width, subsequent_indent=_INDENT, break_long_words=False, break_on_hyphens=False)
-    sys.stderr.write("".join(f"{line}\n" for line in (*lines, *others.splitlines())))
+    lines += others.splitlines()
+    # In one piece, as several processes may write to the same terminal.
+    sys.stderr.write("".join(f"{line}\n" for line in lines))
     sys.stderr.flush()

@@ -58,8 +58,10 @@ def model() -> str:
 
 def features() -> str:
     """Features of the processor that change bits, from Linux, elsewhere the architecture; and SETTINGS."""
-    own = sorted(word for word in processor.instructions() if word.startswith(_DECIDING)) or [platform.machine()]
-    return " ".join((*own, *(f"{name}={os.environ[name]}" for name in SETTINGS if os.environ.get(name))))
+    deciding = [word for word in processor.instructions() if word.startswith(_DECIDING)]
+    own = sorted(deciding) or [platform.machine()]
+    settings = [f"{name}={os.environ[name]}" for name in SETTINGS if os.environ.get(name)]
+    return " ".join((*own, *settings))
 
 
 def blas() -> str:
@@ -68,8 +70,9 @@ def blas() -> str:
         return ""
     import threadpoolctl  # noqa: PLC0415  of use once a BLAS is loaded
 
-    loaded = (each for each in threadpoolctl.threadpool_info() if each["user_api"] == "blas")
-    facts = ((each["internal_api"], each["version"], each.get("architecture")) for each in loaded)
+    loaded = [library for library in threadpoolctl.threadpool_info() if library["user_api"] == "blas"]
+    facts = [(library["internal_api"], library["version"], library.get("architecture")) for library in loaded]
+    # numpy and scipy may have loaded a copy each of the same library.
     texts = {" ".join(map(str, filter(None, library))) for library in facts}
     return ", ".join(sorted(texts))
 
@@ -132,7 +135,7 @@ class Origin:
     def differences(self, other: "Origin") -> dict[str, tuple[str, str]]:
         """Name of each property that decides results -> its two values, where they differ."""
         values = zip(_DECIDED_BY, self.deciding, other.deciding, strict=True)
-        return {name: (mine, its) for name, mine, its in values if mine != its}
+        return {name: (mine, theirs) for name, mine, theirs in values if mine != theirs}
 
     @property
     def solver(self) -> str:
@@ -151,7 +154,8 @@ class Origin:
         """
         features = self.processor_features.split()
         if {"avx2", "fma"} <= set(features):
-            features = ["avx2", "fma", *(each for each in features if "=" in each)]
+            # Settings of the environment stay, as they change the code that is made for any processor.
+            features = ["avx2", "fma", *(word for word in features if "=" in word)]
         return f"{self.blas}, on {' '.join(features)}"
 
     def same_bits(self, other: "Origin") -> bool:
@@ -196,11 +200,12 @@ _adopted: list[Origin] = []
 
 def find_software() -> Origin:
     """Software that this process would load now; does not run git."""
+    versions = {f"{name}_version": provenance.distribution_version(name) for name in ("numpy", "scipy", "numba")}
     return Origin(
         nanoslip_version=provenance.version(),
         source_hash=source_hash(source_files()),
         python_version=platform.python_version(),
-        **{f"{name}_version": provenance.distribution_version(name) for name in ("numpy", "scipy", "numba")},
+        **versions,
     )
 
 
@@ -238,7 +243,8 @@ def _list_sources(*packages: str) -> Iterator[Path]:
 
 def _folders(package: str) -> list[str]:
     """Folders of a package: git follows no links."""
-    return [os.path.realpath(folder) for folder in _locate_package(package).submodule_search_locations or ()]
+    locations = _locate_package(package).submodule_search_locations or ()
+    return [os.path.realpath(folder) for folder in locations]
 
 
 def _locate_package(module: str) -> ModuleSpec:
@@ -250,7 +256,9 @@ def _locate_package(module: str) -> ModuleSpec:
 
 def source_hash(files: Iterable[Path]) -> str:
     """Hash of the contents of files, whatever they are called, in whatever order and with whatever line ends they come."""
-    contents = sorted(hashlib.sha256(path.read_bytes().replace(b"\r\n", b"\n")).hexdigest() for path in files)
+    # Sorted by content: names and folders decide nothing. Git on Windows writes other line ends.
+    texts = (path.read_bytes().replace(b"\r\n", b"\n") for path in files)
+    contents = sorted(hashlib.sha256(text).hexdigest() for text in texts)
     return content_hash(contents, length=16)
 
 
@@ -277,6 +285,7 @@ def foreign(origins: Origins, home: Origin) -> bool:
 def foreign_among(results: Mapping[str, Origins]) -> dict[str, Origins]:
     """Results that depend on other software than the present one."""
     home = here()
+    # Each combination once: of millions of results there are few.
     known = {origins: foreign(origins, home) for origins in set(results.values())}
     return {key: origins for key, origins in results.items() if known[origins]}
 

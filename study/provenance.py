@@ -21,7 +21,8 @@ def version(root: Path | None = None) -> str:
     """Version of this package: of the source tree it was imported from, else of the installed distribution."""
     description = (root or _source_root()) / "pyproject.toml"
     if description.is_file():
-        project = tomllib.loads(description.read_text("utf-8")).get("project", {})
+        content = tomllib.loads(description.read_text("utf-8"))
+        project = content.get("project", {})
         if project.get("name") == DISTRIBUTION:
             return str(project["version"])
     return distribution_version(DISTRIBUTION)
@@ -38,7 +39,9 @@ def source_commit(root: Path | None = None, within: Iterable[Path] = ()) -> str:
     commit = _git(tree, "rev-parse", "HEAD")
     if commit is None:
         return UNKNOWN
-    changes = _git(tree, "status", "--porcelain", "--untracked-files=no", "--", *map(str, within))
+    # Untracked files would make every checkout with results in it a modified one.
+    options = ("--porcelain", "--untracked-files=no")
+    changes = _git(tree, "status", *options, "--", *map(str, within))
     return f"{commit}+modified" if changes else commit
 
 
@@ -51,6 +54,7 @@ def _git(tree: Path, *arguments: str) -> str | None:
     environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     command = ["git", "-C", str(tree), *arguments]
     try:
+        # A lock or a slow network file system must not hold up a run for what is only recorded.
         done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=30, check=True)
     except (OSError, subprocess.SubprocessError):
         return None
@@ -76,4 +80,5 @@ def _read_installed_commit() -> str:
         record = metadata.distribution(DISTRIBUTION).read_text("direct_url.json")
     except metadata.PackageNotFoundError:
         return UNKNOWN
-    return str(json.loads(record or "{}").get("vcs_info", {}).get("commit_id", UNKNOWN))
+    facts = json.loads(record or "{}")
+    return str(facts.get("vcs_info", {}).get("commit_id", UNKNOWN))

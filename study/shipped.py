@@ -18,14 +18,18 @@ def folder(name: str) -> Path:
 def campaign_files() -> dict[str, Path]:
     """Name of each campaign that comes with nanoslip -> its file."""
     root = folder("campaigns")
-    return {path.relative_to(root).with_suffix("").as_posix(): path for path in sorted(root.rglob("*.toml"))}
+    paths = sorted(root.rglob("*.toml"))
+    return {path.relative_to(root).with_suffix("").as_posix(): path for path in paths}
 
 
 def starters() -> dict[str, Path]:
     """Name of each campaign that is there to be copied and changed -> its file."""
-    return {Path(name).name: path for name, path in campaign_files().items() if name.startswith("starters/")}
+    files = campaign_files().items()
+    return {Path(name).name: path for name, path in files if name.startswith("starters/")}
 
 
 def campaign_file(given: Path) -> Path:
     """Campaign file by path or name: an existing file takes precedence over a shipped campaign with the same name."""
-    return given if given.exists() else campaign_files().get(given.as_posix(), given)
+    if given.exists():
+        return given
+    return campaign_files().get(given.as_posix(), given)

@@ -42,7 +42,7 @@ ORDER = {
     "nanoslip.study.results": "files entry attempts store",
     "nanoslip.study.dataset": "texts variables content file collect table access join agreement compare verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm warm_up executor batch campaign",
-    "nanoslip.study.report": "console summary budget curves page",
+    "nanoslip.study.report": "console summary single_case budget curves page",
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures",
     "nanoslip.study.accuracy": "effects task_times deciding spending setup diagram operators records measurement",

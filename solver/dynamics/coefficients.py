@@ -48,7 +48,8 @@ class FrictionCoefficients(Labels):
     )
     static_friction_excess: float = quantity(
         "μ_s beyond the record",
-        comment="by inertia and damper: excess over all forces of the record, as F/W, beside no μ_s too; same for all starts",
+        comment="by inertia and damper: excess over all forces of the record, as F/W, also if there is no μ_s; "
+        "the same for all starts",
     )
     kinetic_friction: float = quantity(
         "kinetic friction coefficient", symbol="μ_k", comment="from steady sliding", ensemble=True, shared="plateau"

@@ -164,7 +164,7 @@ class StageLoops:
     contact_energy: float = _energy("energy lost in the contact in a cycle", "work of the pin against friction")
     damper_energy: float = _energy(
         "energy lost in the damper in a cycle",
-        "work of the stage less that against friction and what pin and spring store",
+        "work of the stage minus work against friction and the energy stored in pin and spring",
     )
     midstroke_friction: float = quantity(
         "friction at mid-stroke over load",
@@ -196,7 +196,9 @@ class StageLoops:
         comment="largest difference of the spring force at one place of the stage, over load; 0 of a loop that closes",
     )
     turn_delay: float = quantity(
-        "delay of the pin's turn", ensemble=True, comment="after that of the stage, as a share of a leg's time"
+        "delay of the pin's turn",
+        ensemble=True,
+        comment="from the stage's turn to the pin's, as a share of a leg's time",
     )
     leg_regime: LegWord = quantity("motion of the pin on most legs", comment=_MEANINGS, words=tuple(get_args(LegWord)))
 

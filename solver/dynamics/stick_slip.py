@@ -227,8 +227,8 @@ class StickSlipFit:
         "residual of the fit, over load",
         "fit_residual",
         comment="root mean square difference between Eq. 16-19 and the spring force, "
-        f"at up to {MOST_FITTED_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip, with fewer samples "
-        f"than unknowns, and where the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
+        f"at up to {MOST_FITTED_SAMPLES} of the samples; NaN, like the fitted coefficients, without a macroscopic slip, "
+        f"with fewer samples than unknowns, and where the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
     )
 
 

@@ -160,7 +160,7 @@ class Collective:
     )
     lost_contacts: float = quantity(
         "contacts without a record",
-        comment="of the slider: the others carry their load, and the outcome has the reason",
+        comment="of the slider; the other contacts carry their load, and the outcome states the reason",
     )
 
 

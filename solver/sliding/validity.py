@@ -150,8 +150,8 @@ class Validity:
 
     validity_flags: int = quantity(
         "warnings that the contact is doubtful",
-        comment="at any time of the record; "
-        "the expected flags of a contact that was not reached; bits by flag_masks; 0: none, or not computed "
+        comment="at any time of the record; expected flags if the contact was not reached; "
+        "bits by flag_masks; 0: none, or not computed "
         "(see outcome); advice explains each",
         flags=tuple(_NAME_OF_BIT.get(1 << bit, "") for bit in range(FLAGS[-1].mask.bit_length())),
     )

@@ -25,7 +25,7 @@ from nanoslip.study.figures.points import symbol
 from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest, drive_sizes
 from nanoslip.study.manifest.parameters import YOUNG, as_written, compact
-from nanoslip.study.report import budget, summary
+from nanoslip.study.report import budget, single_case, summary
 from nanoslip.study.report.console import Table, note
 from nanoslip.study.run.progress import roughly
 from nanoslip.study.toml_text import from_toml
@@ -37,6 +37,7 @@ def influences_on_case(
     """Influences on a computed case beside its starts; None if its main number is unknown. out, most: see `deciding`."""
     if of.case is None:
         return None
+    # A critical velocity that was asked for is the answer; then the requested numbers; the last one every case has.
     for main in ("critical_velocity", *summary.main_numbers(case), MAIN["slip" in manifest.stages]):
         computed = main in case and main in numbers_of_tasks()
         if computed and not case[main].dims and math.isfinite(float(case[main])):
@@ -54,7 +55,8 @@ def _report_grid_time(n_x: int, seconds: float) -> None:
 
 def _first_drive(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
     """The drive of a case of a dataset; of several the first, None without any."""
-    coordinates = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
+    scalars = [coordinate for coordinate in case.coords.values() if not coordinate.dims]
+    coordinates = {str(coordinate.name): coordinate.item() for coordinate in scalars}
     for drive in manifest.drives:
         labels = {DRIVE_NAME.name: drive.name, **drive.point}
         if all(coordinates.get(name, value) == value for name, value in labels.items()):
@@ -69,30 +71,33 @@ def friction_answer(
 
     given: parameters that its author gave. out: see `deciding`.
     """
-    names = list(summary.answer_values(case))
+    names = list(single_case.answer_values(case))
     found = influences_on_case(case, manifest, of, out, SECONDS)
     if found is None:
-        return [summary.answer(case)]
+        return [single_case.answer(case)]
     number = "" if names == [found.variable] else f"{number_name(found.variable)} "
-    parts = [summary.answer_numbers(case)]
+    parts = [single_case.answer_numbers(case)]
     if "critical_velocity" in case:
         parts.insert(0, critical_words(case))
         names.insert(0, summary.CRITICAL)
     parts[-1] += _error_remarks(case, names)
     # F/W alone says nothing of another load, where part of the friction needs no pressure.
     if of.case and of.case.slip_rule.strength > 0.0 and math.isfinite(float(case.get(STRESS, math.nan))):
-        parts.append(summary.with_meaning(case, STRESS))
-    lines = ["; ".join(parts), *summary.failure_lines(case)]
-    flags = ", ".join(flag.name for flag in decode_flags(int(case.get(VALIDITY.name, 0))))
+        parts.append(single_case.with_meaning(case, STRESS))
+    lines = ["; ".join(parts), *single_case.failure_lines(case)]
+    mask = int(case.get(VALIDITY.name, 0))
+    flags = ", ".join(flag.name for flag in decode_flags(mask))
     if flags:
         lines.append(f"flagged {flags}")
-    return [*lines, *deciding_lines(found, number), *_defaults(case, manifest, of, given)]
+    defaults = _defaults(case, manifest, of, given)
+    return [*lines, *deciding_lines(found, number), *defaults]
 
 
 def _error_remarks(case: xr.Dataset, names: Collection[str]) -> str:
     """Parts of the ± of these numbers, or the reason why they have none, in brackets."""
     errors = [float(case.get(f"{name}_uncertainty", 0.0)) for name in names]
-    remarks = ["± by starts alone"] if any(0.0 < error < math.inf for error in errors) else []
+    has_error = any(0.0 < error < math.inf for error in errors)
+    remarks = ["± by starts alone"] if has_error else []
     remarks += filter(None, [missing_error_reasons(case, names)])
     return f" ({'; '.join(remarks)})" if remarks else ""
 
@@ -116,7 +121,8 @@ def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
     """The deciding parameters that nobody gave, in a line: `not given, so by default: μ_i = 0.5, k = 200 kN/m`."""
     assert of.case is not None
     decide = _DECIDE["slip" not in manifest.stages :]
-    values = {name: value for name, value in of.case.flat.items() if name in decide and name not in given}
+    not_given = {name: value for name, value in of.case.flat.items() if name not in given}
+    values = {name: value for name, value in not_given.items() if name in decide}
     scales = manifest.stated_scales
     sizes = [summary.label_text(values, scales)] if values else []
     stated = from_toml(manifest.text).get("scales", {})
@@ -124,7 +130,8 @@ def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
         sizes.append(f"G = {compact(scales.shear_modulus, 'Pa')}")
     drive = _first_drive(case, manifest)
     if drive and drive.drive:
-        defaults = {name: value for name, value in drive.drive.flat.items() if name not in drive.given}
+        parameters = drive.drive.flat.items()
+        defaults = {name: value for name, value in parameters if name not in drive.given}
         sizes += drive_sizes({name: (value,) for name, value in defaults.items() if value is not None})
     if sizes:
         yield f"not given, so by default: {', '.join(sizes)}"
@@ -137,7 +144,7 @@ def critical_words(case: xr.Dataset) -> str:
     if math.isfinite(value):
         error = float(case.get(f"{name}_uncertainty", math.nan))
         velocity = compact(value, as_written(variables_by_name()[name].units), error)
-        remarks = "; ".join((*summary.start_range(case, name), _BELOW))
+        remarks = "; ".join((*single_case.start_range(case, name), _BELOW))
         return f"no stick-slip above stage velocity {velocity}{fewer(case, name)} ({remarks}) at {spring}"
     search = f"{name}_search"
     tally = case_rows(case, search).tallies(search)[0]
@@ -167,14 +174,18 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:
     possible = [each for each in expand(manifest) if each.case]
     if not possible:
         return ""
+    # An end of an axis is often a limit at which something else decides.
     middle = possible[len(possible) // 2]
     ids = dataset["case_id"]
     places = np.argwhere(ids.values == middle.case_id)
-    case = dataset.isel(dict(zip(ids.dims, places[0].tolist(), strict=True))).squeeze()
-    parameters = {name: middle.parameters[name] for name in manifest.axes if name in middle.parameters}
+    selection = dict(zip(ids.dims, places[0].tolist(), strict=True))
+    case = dataset.isel(selection).squeeze()
+    axes = [name for name in manifest.axes if name in middle.parameters]
+    parameters = {name: middle.parameters[name] for name in axes}
     label = summary.label_text(parameters, manifest.stated_scales)
     where = f"The middle case, {label}" if len(possible) > 1 else "Answer"
-    answer = "; ".join(friction_answer(case, manifest, middle, {*manifest.fixed, *manifest.axes}, out))
+    given = {*manifest.fixed, *manifest.axes}
+    answer = "; ".join(friction_answer(case, manifest, middle, given, out))
     return f"{where}: {answer}." if answer else ""
 
 
@@ -205,15 +216,18 @@ def ranking(
     if found is None:
         return None
     name, value = found.variable, float(case[found.variable])
-    errors = [*budget.error_parts(case, name, cost), *_model_errors(case, found, value)]
-    errors.sort(key=budget.by_share)
+    model_errors = _model_errors(case, found, value)
+    errors = [*budget.error_parts(case, name, cost), *model_errors]
+    errors.sort(key=budget.share_rank)
     rows = [(error.source, _share_text(error.share), error.cure) for error in errors]
     if not found.computed:
-        rows.append((_SPACING, NOT_MEASURED, "; ".join(map(missing_words, found.spacings))))
+        reasons = "; ".join(map(missing_words, found.spacings))
+        rows.append((_SPACING, NOT_MEASURED, reasons))
     assert of.case is not None
     if not of.case.slab.scheme.planar:
         rows.append(("the third dimension", NOT_MEASURED, "a scheme in three dimensions: this is plane strain"))
-    return Ranking(name, f"{number_name(name)} {value:.4g}", Table(_HEADER, tuple(rows), labels=2))
+    title = f"{number_name(name)} {value:.4g}"
+    return Ranking(name, title, Table(_HEADER, tuple(rows), labels=2))
 
 
 _SPACING: Final = "the node spacing"
@@ -257,4 +271,5 @@ def _spacing_error(case: xr.Dataset, found: Deciding, value: float) -> budget.Er
         parts.append(f"{times(spacing)} the spacing (n_x = {spacing.n_x}): {_percent(share, error)}")
     parts += [missing_words(spacing) for spacing in found.spacings if not spacing.has_value]
     parts.append("set n_x to the spacing of what slips on your surface")
+    # Neither spacing is right: the larger change is the safer estimate.
     return budget.Error(_SPACING, max(shares), "; ".join(parts))

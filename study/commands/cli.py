@@ -422,7 +422,7 @@ def trace() -> None:
     Steady sliding gives μ_k alone; strokes to and fro give half their difference, without their common drift. A
     column of positions that turn gives loops: energy of a cycle, friction at mid-stroke and at turns, stiffness and
     slip amplitude. With --over, KEY=VALUE select a computed drive of CAMPAIGN, whose first slip is drawn at the time
-    of the first slip in TEXT_FILE; loops are drawn over those of a drive with stage_stroke, or of strokes of a path.
+    of the first slip in TEXT_FILE; measured loops are drawn over computed loops of a drive with stage_stroke, or of a path.
 
     Several files are rows of one table. Where their loads differ, friction over load is a line: slope, intercept,
     correlation, and -o draws it. --events writes time, size, recurrence and stiffness of each fall of the force, and

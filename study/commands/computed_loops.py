@@ -20,10 +20,10 @@ LOAD: Final = "normal_load_si"
 
 
 class ComputedLoops(NamedTuple):
-    """Loops of a computed case: force over load and position in m; numbers by the names of measured ones, with ±.
+    """Loops of a computed case: force over load and position in m; numbers by the names that measured loops have, with ±.
 
-    ± is over starts, of a single one over its strokes. Of several starts a dataset has the motion of one: numbers that are
-    measured on that have no ±.
+    ± is over starts; for a single start, over its strokes. A dataset keeps the motion of the first start only: numbers
+    measured on this motion have no ± if there are several starts.
     """
 
     loops: Loops
@@ -37,10 +37,10 @@ class ComputedLoops(NamedTuple):
 
 
 def read_computed_loops(case: xr.Dataset, attributes: dict[str, object], load: float, rig: float) -> ComputedLoops:
-    """Loops of one case and drive. Raises ValueError where it has none.
+    """Loops of one case and drive. Raises ValueError if it has no loop.
 
-    attributes: of its dataset. load: of the measurement in N. rig: stiffness that is taken off the measured loop in N/m; infinite
-    to leave it in, as the spring of a drive then is.
+    attributes: of the dataset. load: of the measurement, in N. rig: stiffness in N/m whose stretch is subtracted from the
+    measured loop; infinite to keep it, as the spring of a drive then stays in the computed loop.
     """
     if "loss_per_cycle" in case:
         return _path_loops(case, attributes, load / rig)
@@ -58,10 +58,13 @@ def _stage_loops(case: xr.Dataset, attributes: dict[str, object], load: float, r
         raise ValueError(
             "this drive's stage keeps its direction, so it has no loop: needs one with stage_stroke, or a path"
         )
-    later = run["time"].values >= begins[min(RUN_IN, len(begins) - 3)]
+    # Without the strokes of the run-in; at least one there and one back are left.
+    run_in = min(RUN_IN, len(begins) - 3)
+    later = run["time"].values >= begins[run_in]
     load = float(run[LOAD]) if LOAD in run.coords else load
     spring = math.inf if math.isinf(rig) else float(run["spring_stiffness"])
-    loops = _measure(run["sample_stage"].values[later], run["sample_spring_force"].values[later], load, spring)
+    position, force = run["sample_stage"].values[later], run["sample_spring_force"].values[later]
+    loops = _measure(position, force, load, spring)
     width = _slab_width(attributes)
     numbers = _numbers_of_one_start(run, loops)
     numbers |= _mean_over_starts(run, "loop_energy", "cycle_energy", load * width, "J")
@@ -85,12 +88,16 @@ def _path_loops(case: xr.Dataset, attributes: dict[str, object], machine: float)
     places, forces = [], []
     for leg in range(first, len(run["leg_begin"])):
         own = run["path_leg"].values == leg
-        displacement, force = run["path_displacement"].values[own], run["path_friction"].values[own]
-        place = np.linspace(float(displacement[0]), float(displacement[-1]), POINTS)
+        displacement = run["path_displacement"].values[own]
+        force = run["path_friction"].values[own]
+        # Events lie where nodes slip; a stage is sampled evenly.
+        first_place, last_place = float(displacement[0]), float(displacement[-1])
+        place = np.linspace(first_place, last_place, POINTS)
         places.append(place)
         forces.append(_force_along(displacement, force, place))
     load, width = float(run[LOAD]), _slab_width(attributes)
-    loops = _measure(width * np.concatenate(places), np.concatenate(forces), load, math.inf)
+    position = width * np.concatenate(places)
+    loops = _measure(position, np.concatenate(forces), load, math.inf)
     numbers = _numbers_of_one_start(run, loops)
     numbers |= _mean_over_starts(run, "loss_per_cycle", "cycle_energy", load * width, "J")
     numbers |= _mean_over_starts(run, "turn_friction", "turn_friction", 1.0, "1")
@@ -128,7 +135,8 @@ def _slab_width(attributes: dict[str, object]) -> float:
 def _numbers_of_one_start(run: xr.Dataset, loops: Loops) -> dict[str, Measured]:
     """Numbers of the start that has its motion in a dataset; without ± if that is one of several."""
     if float(run.get("members", 1.0)) > 1.0:
-        return {name: number._replace(uncertainty=math.nan, of=1) for name, number in loops.numbers.items()}
+        numbers = loops.numbers.items()
+        return {name: number._replace(uncertainty=math.nan, of=1) for name, number in numbers}
     return dict(loops.numbers)
 
 
@@ -139,4 +147,5 @@ def _mean_over_starts(run: xr.Dataset, name: str, measured: str, factor: float, 
         return {}
     members = run.get(f"{name}_members")
     count = 1 if members is None or members.isnull() else int(members)
-    return {measured: Measured(factor * float(run[name]), factor * float(run[error]), count, unit)}
+    mean, uncertainty = factor * float(run[name]), factor * float(run[error])
+    return {measured: Measured(mean, uncertainty, count, unit)}

@@ -61,7 +61,8 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
         else:
             print_foreign(rest.foreign, campaign, out, stderr=True)
         title = f"{plan.manifest.title}, {shard}" if shard else plan.manifest.title
-        cases, todo = plural(len(plan.cases), "case"), plural(len(rest.tasks), "task")
+        cases = plural(len(plan.cases), "case")
+        todo = plural(len(rest.tasks), "task")
         _warn(f"{title}: {cases}, {todo} left, {processes} {farm.unit}")
         print_sentences(idle_lines(plan), stderr=True)
         import_module(_DATASETS)  # while other processes import what they compute with
@@ -84,6 +85,7 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
             try:
                 pending = datasets.write_dataset(plan, store)
             except datasets.FewerFinishedError as error:
+                # What was computed is stored, and failures are reported before this.
                 kept = str(error)
         if failed:
             _warn(f"{plural(failed, 'task')} failed, or needed one that did: see {into / attempts.FILE}")

@@ -53,9 +53,11 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, replace: bool = 
     lost = [] if replace else losses(path, collected)
     if lost:
         campaign, into = plan.manifest.path, path.parent
-        run, anyway = command_text("run", campaign, into), command_text("collect", campaign, into, "--replace")
+        run = command_text("run", campaign, into)
+        anyway = command_text("collect", campaign, into, "--replace")
         cure = f"{run} computes what is missing, {anyway} writes the dataset without it"
         raise FewerFinishedError(f"{path}: not replaced: has {'; '.join(lost)}; has the campaign changed? {cure}")
+    # A file that somebody has changed is worth more than the results that it can be collected from again.
     kept = file.keep_edited(path)
     if kept:
         note(f"{kept}: the dataset that somebody has changed since it was collected", stderr=True)
@@ -89,6 +91,7 @@ def print_summary(dataset: xr.Dataset) -> None:
     """Print a dataset's cases, outcomes of its drives with advice, missed targets, and advice of validity flags."""
     has_sizes = any(str(name).endswith("_si") for name in dataset.coords)
     scales = read_scales(dataset.attrs) if has_sizes else None
+    # Without messages, as failures have their own lines below the table.
     cases = summary.scalar_table(dataset, why=False, most=summary.MOST_LINES, scales=scales)
     table, alike = summary.factor_out_columns(cases)
     print_table(table)
@@ -143,6 +146,7 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
         if not (sign and key and value):
             raise Refusal(f"{word}: needs key=value, as radius=50")
         table, _, name = key.rpartition(".")
+        # As in a file, so that a line of it can be typed: `numerics.n_x` or `n_x`.
         owners = [owner for owner, keys in tables().items() if name in keys]
         if table and owners:
             if table not in (owners[0], "axes"):
@@ -157,9 +161,12 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
 
 def choose_case(manifest: Manifest, cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
     """The one case of a campaign that parameters single out. Raises Refusal."""
-    scales = {item.name: getattr(manifest.scales, item.name) for item in fields(Scales)}
+    # By an empty dataset of these cases: words mean the same whether anything is computed or not.
+    names = [item.name for item in fields(Scales)]
+    scales = {name: getattr(manifest.scales, name) for name in names}
     layout = coordinates(manifest, cases, case_layout(manifest))
-    name = single(xr.Dataset(coords=layout, attrs=scales), given)["case_id"].item()
+    empty = xr.Dataset(coords=layout, attrs=scales)
+    name = single(empty, given)["case_id"].item()
     return next(case for case in cases if case.case_id == name)
 
 

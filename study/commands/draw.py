@@ -39,7 +39,8 @@ def write_report(campaign: Path, out: Path | None) -> None:
     into, manifest = results_folder(campaign, out), load_manifest(campaign)
     with file.reading(into / file.FILE) as opened:
         if not has_manifest(opened, manifest):
-            run, collect = command_text("run", campaign, into), command_text("collect", campaign, into)
+            run = command_text("run", campaign, into)
+            collect = command_text("collect", campaign, into)
             cure = f"{run} computes what is missing, {collect} takes what is finished"
             raise StoreError(f"{into / file.FILE}: no dataset of {campaign} as it is now: {cure}")
         written = page.write_page(opened, into, middle_answer(opened, manifest, into))
@@ -79,7 +80,8 @@ def draw_figure(
         elif names or everything:
             _draw_named(names, everything, formats, into, out or Path("results"))
         else:
-            print_entries({name: figure.title for name, figure in list_shipped_figures().items()})
+            titles = {name: figure.title for name, figure in list_shipped_figures().items()}
+            print_entries(titles)
             note(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
@@ -89,13 +91,15 @@ def _figure_files(view: shared.View, output: Path | None, table: bool, size: Seq
     drawn = shared.resize_figure(view.draw(), size)
     files = {target: shared.image(drawn, shared.file_format(target))}
     if table:
-        files[target.with_suffix(".csv")] = shared.format_csv(view.columns()).encode()
+        numbers = shared.format_csv(view.columns())
+        files[target.with_suffix(".csv")] = numbers.encode()
     return files
 
 
 def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
     """Draw shipped figures by name, and all that the script beside a campaign file has."""
     known = list_shipped_figures()
+    # By campaign, so that each is computed once for all its figures.
     chosen: dict[Path, list[shared.CampaignFigure]] = {}
     for name in known if everything else names:
         campaign = Path(name)
@@ -135,16 +139,19 @@ def show_profile(
         write_and_note({picture: _draw_surface(found, shared.file_format(picture))})
     else:
         middle = np.atleast_2d(found.height)[len(found.y) // 2]
-        print_lines([DrawnLine(1e6 * found.x, 1e9 * middle, "x, in μm", "height, in nm")])
+        line = DrawnLine(1e6 * found.x, 1e9 * middle, "x, in μm", "height, in nm")
+        print_lines([line])
 
 
 def _surface_lines(found: Surface, slab_width: float) -> list[str]:
-    return [_points_sentence(found), _heights_sentence(found, slab_width), _nodes_sentence(found, slab_width)]
+    heights = _heights_sentence(found, slab_width)
+    return [_points_sentence(found), heights, _nodes_sentence(found, slab_width)]
 
 
 def _points_sentence(found: Surface) -> str:
     """Number and extent of the points of a surface, and how they were read."""
-    length, count = float(found.x[-1] - found.x[0]), len(found.x)
+    length = float(found.x[-1] - found.x[0])
+    count = len(found.x)
     apart = compact(length / (count - 1), "m")
     parts = [f"{count} points over {compact(length, 'm')}, {apart} apart"]
     if len(found.y) > 1:
@@ -195,7 +202,8 @@ def _draw_surface(found: Surface, form: str) -> bytes:
         above, below = figure.subplots(2)
         if len(found.y) > 1:
             above.set(xlabel="x (μm)", ylabel="y (μm)", aspect="equal")
-            heights = above.pcolormesh(1e6 * found.x, 1e6 * found.y, 1e9 * found.height, shading="nearest")
+            x, y = 1e6 * found.x, 1e6 * found.y
+            heights = above.pcolormesh(x, y, 1e9 * found.height, shading="nearest")
             figure.colorbar(heights, ax=above, label="height (nm)")
         else:
             above.plot(1e6 * found.x, 1e9 * found.height)

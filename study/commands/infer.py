@@ -55,7 +55,8 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
         found = sensitivity(opened, of)
         failures = failure_summary(opened).values() if found.holes else ()
         flags = flag_summary(opened).values()
-    shares = list(zip(found.axes, found.first.tolist(), found.total.tolist(), strict=True))
+    columns = (found.axes, found.first.tolist(), found.total.tolist())
+    shares = list(zip(*columns, strict=True))
     if as_json:
         axes = {axis: {"first": first, "total": total} for axis, first, total in shares}
         parts = {"noise": found.noise, "scatter": found.scatter, "note": caution(found)}
@@ -64,7 +65,8 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
     if not found.unknown:
         shares.sort(key=_total_share, reverse=True)
         rows = tuple((axis, *_shares(first), *_shares(total), "") for axis, first, total in shares)
-        print_table(Table(("parameter", "alone", "95 %", "in all", "95 %", ""), rows))
+        header = ("parameter", "alone", "95 %", "in all", "95 %", "")
+        print_table(Table(header, rows))
     print_sentences([caution(found), *failures, *flags])
     if picture and not found.unknown:
         write_files({picture: image(bars(found), form)})
@@ -102,13 +104,17 @@ def fit_campaign(
     """Compute points until the parameters that agree with the numbers are determined; print and draw these. Ends the
     process."""
     form, into = file_format(picture), results_folder(campaign, out)
+    # What may be mistyped is refused before anything is computed.
     targets, fixed = read_numbers(numbers)
     with refusals(ValueError):
         manifest = load_manifest(campaign)
     if trace:
         given = {target.name for target in targets}
         loops = loop_targets(manifest)
-        targets += read_loop_numbers(trace, loops, manifest, given) if loops else read_trace_numbers(trace, given)
+        if loops:
+            targets += read_loop_numbers(trace, loops, manifest, given)
+        else:
+            targets += read_trace_numbers(trace, given)
     if not targets:
         raise Refusal("needs a measured number with its ±, as mu_s=0.3±0.01")
     with refusals(ValueError, FarmError):
@@ -116,6 +122,7 @@ def fit_campaign(
         question.check(into)
         farm = open_farm(task_program(into), jobs=jobs)
     with farm:
+        # Under MPI all ranks but the first compute for it until they are told to leave.
         if not farm.root:
             farm.leave(farm.serve())
         try:
@@ -130,7 +137,8 @@ def fit_campaign(
             _print(found, question.manifest.scales)
             print_sentences(sentences(found))
         best = campaign.with_name(f"{campaign.stem}_best.toml")
-        drawn, text = image(contours(found), form), question.at(found.best)
+        drawn = image(contours(found), form)
+        text = question.at(found.best)
         write_files({picture: drawn, best: text.encode()})
         note(f"{whole(f'written: {picture}')}; {whole(f'{best}')}, the best point as a campaign", stderr=as_json)
         farm.leave(0)
@@ -144,7 +152,8 @@ def read_numbers(given: Sequence[str]) -> tuple[list[Target], dict[str, Any]]:
         measured = _TARGET.fullmatch(word)
         if measured:
             try:
-                target = Target(measured[1], float(measured[2]), float(measured[3]))
+                value, error = float(measured[2]), float(measured[3])
+                target = Target(measured[1], value, error)
             except ValueError:
                 raise Refusal(f"{word}: needs two numbers, as mu_s=0.3±0.01") from None
             targets.append(target)
@@ -179,7 +188,8 @@ def loop_targets(manifest: Manifest) -> Mapping[str, str]:
     """Measured numbers of loops that a campaign has, and their names in its dataset; none if it has no loops."""
     if reciprocates(manifest):
         return STAGE_NUMBERS
-    is_cyclic = any(value for name in ("amplitude", "stroke") for value in manifest.case_values(name))
+    values = (*manifest.case_values("amplitude"), *manifest.case_values("stroke"))
+    is_cyclic = any(values)
     return PATH_NUMBERS if is_cyclic else {}
 
 
@@ -193,7 +203,8 @@ def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
     units = {found[target.name].get("unit") for target in targets}
     if units != {"1"}:
         raise Refusal(f"{file}: {needs}, which has friction coefficients")
-    names = {*given, *(name for name, key in OF_TRACES.items() if key in given)}
+    of_keys = (name for name, key in OF_TRACES.items() if key in given)
+    names = {*given, *of_keys}
     return _select_sure_targets(file, targets, names)
 
 
@@ -212,6 +223,7 @@ def read_loop_numbers(
     scales = manifest.stated_scales
     if scales is None:
         raise Refusal(f"{manifest.path}: needs slab_width in [scales]: energies of loops are in J")
+    # The energy of a force over load is per newton already.
     load = 1.0 if found["cycle_energy"]["unit"] == "J N-1" else found.get("load")
     if not load:
         raise Refusal(f"{file}: {needs}, and has no load")
@@ -219,7 +231,8 @@ def read_loop_numbers(
     scaled = []
     for target in targets:
         factor = 1.0 / per if target.name == names["cycle_energy"] else 1.0
-        scaled.append(target._replace(value=factor * target.value, error=factor * target.error))
+        value, error = factor * target.value, factor * target.error
+        scaled.append(target._replace(value=value, error=error))
     return _select_sure_targets(file, scaled, given)
 
 
@@ -240,7 +253,8 @@ def _make_targets(file: Path, found: Mapping[str, Any], names: Mapping[str, str]
         for measured, name in names.items():
             if number := found.get(measured):
                 error = float(number["uncertainty"] or 0.0)
-                targets.append(Target(name, float(number["value"]), error, one_start=True))
+                value = float(number["value"])
+                targets.append(Target(name, value, error, one_start=True))
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise Refusal(f"{file}: {needs} ({type(error).__name__}: {error})") from None
     return targets
@@ -251,7 +265,8 @@ def _select_sure_targets(file: Path, targets: Sequence[Target], given: Collectio
     unsure = [target.name for target in targets if not target.error > 0.0]
     if unsure:
         note(f"{file}: {', '.join(unsure)} without ± is left out; it may be given as mu_s=0.3±0.01")
-    return [target for target in targets if target.error > 0.0 and target.name not in given]
+    sure = [target for target in targets if target.error > 0.0]
+    return [target for target in sure if target.name not in given]
 
 
 _KEYS: Final = {**parameters_of_a_case(), **drive_parameters()}
@@ -306,7 +321,9 @@ def _announce_first_points(farm: Farm, question: Question, out: Path, points: in
     first = f"{plural(len(tasks), 'task')} at first{time}"
     later = f"then more where it is open what agrees, at most {points} points"
     note(f"{question.manifest.title}: {first}; {later}", stderr=True)
-    expected = {cause: line for plan in plans for cause, line in out_of_reach(plan).items()}
+    expected: dict[str, str] = {}
+    for plan in plans:
+        expected |= out_of_reach(plan)
     print_sentences(expected.values(), stderr=True)
 
 
@@ -314,27 +331,33 @@ def _print(found: Fit, scales: Scales) -> None:
     rows = []
     for number, (points, _) in enumerate(found.islands or [(found.best[None], None)]):
         for axis, parameter in enumerate(found.ranges):
+            # Rounded as it is shown, so that its size in SI belongs to the number beside it.
             value = float(f"{parameter.at(points[0])[axis]:.4g}")
             best = with_size(parameter.name, value, scales)
+            # None for the best point if no point agrees: it has no interval at any level.
             intervals = [[*found.intervals(axis, level), None] for level in LEVELS]
             ends = [_interval(islands[number]) for islands in intervals]
             extent = f"{format_value(parameter.low)} to {format_value(parameter.high)}"
             rows.append((parameter.name, best, *ends, extent))
     title = "best" if found.reached else "nearest"
     levels = [f"{100 * level:.0f} %" for level in LEVELS]
-    print_table(Table(("parameter", title, *levels, "looked at"), tuple(rows), asked=3))
+    header = ("parameter", title, *levels, "looked at")
+    print_table(Table(header, tuple(rows), asked=3))
 
 
 def _as_json(found: Fit) -> dict[str, Any]:
-    means = found.predict(found.best[None])[0][0].tolist()
+    predicted, *_ = found.predict(found.best[None])
+    means = predicted[0].tolist()
     parameters = {}
     for axis, parameter in enumerate(found.ranges):
         intervals = {f"{100 * level:.0f}": found.intervals(axis, level) for level in LEVELS}
         extent = parameter.low, parameter.high
-        parameters[parameter.name] = {"best": parameter.at(found.best)[axis], **intervals, "range": extent}
+        best = parameter.at(found.best)[axis]
+        parameters[parameter.name] = {"best": best, **intervals, "range": extent}
     numbers = {}
     for target, mean in zip(found.targets, means, strict=True):
-        numbers[target.name] = {"value": target.value, "uncertainty": target.error, "best": mean}
+        measured = {"value": target.value, "uncertainty": target.error}
+        numbers[target.name] = {**measured, "best": mean}
     points = len(found.computed.x)
     return {"reached": found.reached, "parameters": parameters, "numbers": numbers, "points": points}
 
@@ -343,4 +366,5 @@ def _interval(ends: tuple[float, float] | None) -> str:
     if not ends:
         return "none"
     texts = (format_value(float(f"{end:.3g}")) for end in ends)
+    # Ends that are equal to three digits are one number.
     return " to ".join(dict.fromkeys(texts))

@@ -59,6 +59,7 @@ def merge_shards_command(campaign: Path, out: Path | None) -> None:
     if plan.distinct and not (shard_folders(into) or store.finished() or store.failures()):
         cure = f"{run} computes all of it; results of runs with another --out are found with it"
         raise StoreError(f"{into}: no shards and no results of {campaign} there, nothing to merge: {cure}")
+    # Under the lease, as a run that writes at the same time would lose results that are moved.
     with Lease(into):
         store.prepare()
         problems = merge_shards(into)
@@ -86,7 +87,8 @@ def merge_shards_command(campaign: Path, out: Path | None) -> None:
 def export_dataset(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
     """Write a table of a campaign's cases, events or samples to a file or to standard output."""
     with refusals(ValueError), find_dataset(campaign, out) as found:
-        columns, title = case_columns(found, table), str(found.attrs.get("title", ""))
+        columns = case_columns(found, table)
+        title = str(found.attrs.get("title", ""))
     suffix = output.suffix.lower() if output else ""
     is_json = form == "json" or (form is None and suffix == ".json")
     text = as_json(columns, title) if is_json else as_csv(columns)
@@ -114,11 +116,13 @@ def compare_datasets(first: Path, second: Path) -> None:
     """Print differences between two datasets, and exit with the code of the worst one."""
     with refusals(compare.NotComparableError), find_dataset(first) as one, find_dataset(second) as other:
         pair = one, other
-        print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
+        titles = [one.attrs.get("title", ""), other.attrs.get("title", "")]
+        print_sentences([f"A: {first}, {titles[0]}", f"B: {second}, {titles[1]}"])
         facts = compare.differing(pair)
         if facts:
-            rows_of_facts = tuple((name, *both, "") for name, both in facts.items())
-            print_table(Table(("differs", "A", "B", ""), rows_of_facts, labels=3))
+            rows_of_facts = [(name, *both, "") for name, both in facts.items()]
+            table = Table(("differs", "A", "B", ""), tuple(rows_of_facts), labels=3)
+            print_table(table)
         else:
             note("same parameters, campaign and software")
         names = {kind: outcome.ending.name for kind, outcome in OUTCOMES.items()}
@@ -126,9 +130,12 @@ def compare_datasets(first: Path, second: Path) -> None:
         matches = {kind: compare.match_rows(pair, kind) for kind in kinds}
         if not any(matched.labels for matched in matches.values()):
             raise compare.NotComparableError(f"{first} and {second} share no computed case")
-        numbers = [number for matched in matches.values() for number in compare.uncertain_numbers(matched)]
+        numbers: list[compare.Observed] = []
+        for matched in matches.values():
+            numbers += compare.uncertain_numbers(matched)
         for kind, matched in matches.items():
-            _print_rows("drives of cases" if kind else "cases", matched, compare.list_unjudged(matched))
+            unjudged = compare.list_unjudged(matched)
+            _print_rows("drives of cases" if kind else "cases", matched, unjudged)
         for matched in matches.values():
             _print_runs(compare.compare_runs(matched))
     _print_worst(numbers)
@@ -167,7 +174,8 @@ def _print_worst(seen: Sequence[compare.Observed]) -> None:
     worst = apart[:WORST]
     if worst:
         header = ("observable", "A", "B", "verdict", "apart/σ", "case")
-        print_table(Table(header, tuple(map(_row, worst)), labels=5))
+        rows_of_worst = tuple(map(_row, worst))
+        print_table(Table(header, rows_of_worst, labels=5))
         note("apart/σ: the difference of A and B over the ± of both combined")
     if len(apart) > len(worst):
         note(f"and {len(apart) - len(worst)} smaller differences")
@@ -177,7 +185,8 @@ def _row(number: compare.Observed) -> tuple[str, ...]:
     first, second = map(_value_text, number.values)
     if first == second and isinstance(number.values[0], dict):  # what differs is behind the most frequent word
         first, second = (format_words(value, math.inf) for value in number.values)
-    verdict = {Verdict.DIFFERENT: "beyond", Verdict.NOT_JUDGED: "not known"}.get(number.verdict, "within")
+    words = {Verdict.DIFFERENT: "beyond", Verdict.NOT_JUDGED: "not known"}
+    verdict = words.get(number.verdict, "within")
     apart = "–" if math.isnan(number.apart) else f"{number.apart:.2g}"
     return number.name, first, second, verdict, apart, label_text(number.label)
 
@@ -198,35 +207,42 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
         failed = verification.failed(plan, found)
-        skipped = {"pending": len(plan.cases) - len(cases) - failed, "failed": failed}
+        pending = len(plan.cases) - len(cases) - failed
+        skipped = {"pending": pending, "failed": failed}
         if not cases:
             reasons = ", ".join(f"{count} {sort}" for sort, count in skipped.items() if count)
             raise Refusal(f"{dataset}: no case has a result to compute again: {reasons}")
         chosen = verification.sample(cases, sample)
         note(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", stderr=True)
         other = verification.other_software(found)
-        code = _recompute(verification.tasks_in_dataset(plan, chosen, found), Path(folder))
+        # Into a folder of its own: results at hand would be compared with themselves.
+        tasks = verification.tasks_in_dataset(plan, chosen, found)
+        code = _recompute(tasks, Path(folder))
         if code:
             sys.exit(code)
-        shared, *findings = verification.verify_cases(found, plan, chosen, Store(Path(folder)))
+        recomputed = Store(Path(folder))
+        shared, *findings = verification.verify_cases(found, plan, chosen, recomputed)
     verdicts = Counter(finding.verdict for finding in findings)
     counts = {str(verdict): verdicts[verdict] for verdict in _OF_CASES} | skipped
     counts["not_in_sample"] = len(cases) - len(chosen)
     if as_json:
         head = {"dataset": str(dataset), "other_software": other, "counts": counts}
-        print_json({**head, "shared": _finding_data(shared), "cases": [_finding_data(each) for each in findings]})
+        cases_data = [_finding_data(finding) for finding in findings]
+        print_json({**head, "shared": _finding_data(shared), "cases": cases_data})
     else:
         print_sentences([other])
         _print_findings([shared, *findings])
         shown = (sort for sort, count in counts.items() if count or sort not in _SKIPPED)
         parts = ", ".join(f"{counts[sort]} {_SKIPPED.get(sort, sort)}" for sort in shown)
         note(f"{dataset}: cases: {parts}; {shared.label}: {shared.verdict}")
-    sys.exit(CRASHED if Verdict.DIFFERENT in {shared.verdict, *verdicts} else 0)
+    all_verdicts = {shared.verdict, *verdicts}
+    sys.exit(CRASHED if Verdict.DIFFERENT in all_verdicts else 0)
 
 
 def _finding_data(finding: Finding) -> dict[str, str]:
     """A finding for scripts."""
-    return {"case": finding.label, "verdict": str(finding.verdict), "difference": finding.remark}
+    verdict = str(finding.verdict)
+    return {"case": finding.label, "verdict": verdict, "difference": finding.remark}
 
 
 _OF_CASES: Final = (Verdict.IDENTICAL, Verdict.ROUNDING, Verdict.WITHIN, Verdict.DIFFERENT)
@@ -256,7 +272,8 @@ def _print_findings(findings: list[Finding]) -> None:
     """Print a line for each case that is not bit-identical, different ones first."""
     for verdict, style in ((Verdict.DIFFERENT, FAILED), (Verdict.WITHIN, ""), (Verdict.ROUNDING, "")):
         group = [finding for finding in findings if finding.verdict is verdict]
-        print_sentences((f"{verdict}: {each.label}: {each.remark}" for each in group[:MOST_ROWS]), style)
+        shown = group[:MOST_ROWS]
+        print_sentences((f"{verdict}: {finding.label}: {finding.remark}" for finding in shown), style)
         if len(group) > MOST_ROWS:
             note(f"{verdict}: {len(group) - MOST_ROWS} more")
 
@@ -279,15 +296,20 @@ def describe_variables(name: str | None, as_json: bool) -> None:
             raise Refusal(missing_physics(name or "") or error.args[0]) from None
         described = []
     if as_json:
-        facts = (
-            {"key": key.place, "allowed": key.allowed, "default": key.default, "example": key.example} if key else {}
-        )
-        print_json([{**asdict(variable), **facts} for variable in described] or [{"name": name, **facts}])
+        facts: dict[str, Any] = {}
+        if key:
+            facts = {"key": key.place, "allowed": key.allowed}
+            facts |= {"default": key.default, "example": key.example}
+        entries = [{**asdict(variable), **facts} for variable in described]
+        print_json(entries or [{"name": name, **facts}])
     elif name is None:
         cells = [(variable.name, variable.measure or variable.units, variable.meaning) for variable in described]
-        print_table(Table(("variable", "unit", "meaning"), tuple(cells), labels=2))
+        table = Table(("variable", "unit", "meaning"), tuple(cells), labels=2)
+        print_table(table)
     else:
-        texts = [variable_text(variable) for variable in described if key is None or variable.name != key.name]
+        # A key and a variable of the same name are one thing, which the text of the key describes.
+        others = [variable for variable in described if key is None or variable.name != key.name]
+        texts = [variable_text(variable) for variable in others]
         if key:
             texts.append(keys.key_text(key))
         print_sentences("\n".join(texts).splitlines())

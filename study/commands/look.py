@@ -46,7 +46,7 @@ from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.expectations import beyond_step_limit, out_of_reach
 from nanoslip.study.plan.plan import make_partial_plan, make_plan
-from nanoslip.study.report import summary
+from nanoslip.study.report import single_case, summary
 from nanoslip.study.report.budget import error_lines
 from nanoslip.study.report.console import FAILED, Table, note, print_sentences, print_table
 from nanoslip.study.report.curves import curves, inertial_range, print_lines
@@ -100,7 +100,10 @@ def try_campaign(
         _refuse_endless_drive(manifest)
         found = api.run(content, progress=True)
     outcomes = [outcome for outcome in variables.OUTCOMES.values() if outcome.ending.name in found]
-    endings = {found[outcome.ending.name].item(): found[outcome.message.name].item() for outcome in outcomes}
+    endings = {}
+    for outcome in outcomes:
+        ending = found[outcome.ending.name].item()
+        endings[ending] = found[outcome.message.name].item()
     if Ending.INVALID in endings:
         raise Refusal(endings[Ending.INVALID])
     print_sentences(_idle(typed, contact))
@@ -174,13 +177,15 @@ def _choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
     """
     given = content.get("numerics", {}).get("n_x")
     spaces = (given or Slab().n_x) - 1
+    # Halves of the spacing: their nodes lie on those of the finest grid, and the change from one to the next is of one kind.
     grids = [spaces // part + 1 for part in (1, 2, 4, 8)]
     usual = _choice(content, grids[0])
     if usual.seconds <= PATIENCE:
         return
     decided = content.keys() & {*_DECIDED} or "slip" not in content["stages"]
     samples = [] if decided else _probe_grids(content, grids)
-    choices = {n_x: _choice(content, n_x, samples) for n_x in (grids[:1] if given else grids)}
+    considered = grids[:1] if given else grids
+    choices = {n_x: _choice(content, n_x, samples) for n_x in considered}
     quick = [n_x for n_x, choice in choices.items() if choice.seconds <= PATIENCE]
     n_x = quick[0] if quick else grids[0]
     chosen = choices[n_x]
@@ -214,11 +219,13 @@ def _choice(content: dict[str, Any], n_x: int, samples: Sequence[tuple[Sample, S
     on_grid = _set_grid(content, n_x)
     found = spending(samples, n_x)
     if found:
-        on_grid |= {"ensemble": {"members": found.members}, "limits": {"presliding": found.presliding}}
+        ensemble = {"members": found.members}
+        on_grid |= {"ensemble": ensemble, "limits": {"presliding": found.presliding}}
     tasks = make_plan(api.read_campaign(on_grid)).tasks
     seconds = sum(task.cost for task in tasks)
     if found:
         finest, _ = samples[-1]
+        # A probe that took longer than estimated tells what the estimate misses of each length.
         seconds += max(finest.excess, 0.0) * found.members * found.presliding
     memory = max((task.memory for task in tasks), default=0.0)
     return _Choice(on_grid, seconds, memory, found)
@@ -226,7 +233,8 @@ def _choice(content: dict[str, Any], n_x: int, samples: Sequence[tuple[Sample, S
 
 def _set_grid(content: dict[str, Any], n_x: int) -> dict[str, Any]:
     """The content of a campaign on this grid."""
-    return content | {"numerics": {**content.get("numerics", {}), "n_x": n_x}}
+    numerics = {**content.get("numerics", {}), "n_x": n_x}
+    return content | {"numerics": numerics}
 
 
 def _probe_grids(content: dict[str, Any], grids: Sequence[int]) -> list[tuple[Sample, Sample]]:
@@ -247,7 +255,8 @@ def _probe_grids(content: dict[str, Any], grids: Sequence[int]) -> list[tuple[Sa
 def _idle(given: Mapping[str, str], contact: bool) -> Iterator[str]:
     """The parameters that were given and change nothing, as in campaigns, each with the reason."""
     names = names_by_word()
-    values = {names[key]: number_or_text(text) for key, text in given.items() if key in names}
+    known = {names[key]: text for key, text in given.items() if key in names}
+    values = {name: number_or_text(text) for name, text in known.items()}
     with suppress(InvalidInput):  # the case is refused, and says why
         yield from idle([make_case(values)], values.keys(), contact)
 
@@ -269,7 +278,8 @@ _HEADER = ("effect", "number", "change ±", "seconds ×", "setting")
 def show_effects(campaign: Path, cases: int, members: int | None) -> None:
     """Compute a few cases with everything and without each effect, and print the changes."""
     manifest = load_manifest(campaign)
-    print_changes(campaign, select_scenes(manifest, list(expand(manifest)), cases, members))
+    scenes = select_scenes(manifest, list(expand(manifest)), cases, members)
+    print_changes(campaign, scenes)
 
 
 def print_changes(campaign: Path, scenes: Scenes) -> None:
@@ -278,15 +288,17 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
     time = roughly(comparison_seconds(scenes))
     note(f"{campaign}: computing {size}, with everything and without one effect at a time, {time} in all", stderr=True)
     found, failures = influences(scenes)
-    labels = (summary.label_text(each.parameters, scenes.manifest.stated_scales) for each in scenes.cases)
+    stated = scenes.manifest.stated_scales
+    labels = (summary.label_text(case.parameters, stated) for case in scenes.cases)
     print_sentences(f"case {number}: {label}" for number, label in enumerate(labels, start=1))
-    print_sentences((f"with everything, {each}" for each in failures), FAILED)
+    print_sentences((f"with everything, {failure}" for failure in failures), FAILED)
     if not found:
         note("nothing to compare: no number of these cases depends on an effect that can be left out")
         return
     print_sentences(_verdict(found, scenes.manifest.ensemble.within or 0.0))
     failed = frozenset(number for number, influence in enumerate(found) if influence.problems)
-    print_table(Table(_HEADER, tuple(map(_row, found)), labels=2, asked=2, failed=failed))
+    rows = tuple(map(_row, found))
+    print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed))
     note(
         "change: mean over the cases, with ±. Below each effect: what leaves it out, and the range of the cases' changes, "
         "noise included. seconds ×: without it, over everything"
@@ -295,7 +307,8 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
 
 def _verdict(found: Sequence[Influence], tolerance: float) -> Iterator[str]:
     """Effects that a number needs, does not need, and of which it is not known, each in a sentence."""
-    needed, negligible, unknown = (", ".join(effects) for effects in find_verdict(found, tolerance))
+    verdict = find_verdict(found, tolerance)
+    needed, negligible, unknown = map(", ".join, verdict)
     within = "beyond 2 ± ([target] within asks for less)"
     small = "not seen"
     if tolerance:
@@ -338,18 +351,24 @@ def explain_case(
     """Print cost and errors of the case with these parameters, and, if requested, the changes by grid and effects."""
     manifest = load_manifest(campaign)
     of_drives = {*drive_parameters(), DRIVE_NAME.name}
-    given = {key: value for key, value in assignments(parameters).items() if key not in of_drives}
+    # A case is looked for by its own parameters: those of its drives are for the numbers that are shown.
+    words = assignments(parameters)
+    given = {key: value for key, value in words.items() if key not in of_drives}
     case = choose_case(manifest, expand(manifest), given)
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
     into = results_folder(campaign, out)
     measured = read_task_times(into, *shard_folders(into))
-    seconds = sum(map(measured.seconds, make_partial_plan(manifest, [case]).tasks))
+    tasks = make_partial_plan(manifest, [case]).tasks
+    seconds = sum(map(measured.seconds, tasks))
     label = summary.label_text(case.parameters, manifest.stated_scales)
     roughness = _roughness_lines(case.case, "slip" in manifest.stages)
     print_sentences([f"case {label}", f"estimated time of its computation: {roughly(seconds)}", roughness])
     scenes = select_scenes(manifest, [case], SHOWN)
-    _explain(into / file.FILE, manifest, parameters, case, roughly(4.0 * seconds), math.inf if show_grid else SECONDS)
+    # Four times the members halve the ±.
+    cost = roughly(4.0 * seconds)
+    most = math.inf if show_grid else SECONDS
+    _explain(into / file.FILE, manifest, parameters, case, cost, most)
     if show_effects:
         print_changes(campaign, scenes)
 
@@ -392,7 +411,8 @@ def _roughness_lines(case: Case, slides: bool) -> str:
 
 
 def _seconds(case: Case, slides: bool) -> float:
-    return condensation_seconds(case.slab) + (record_seconds(case) if slides else touch_seconds(case))
+    rest = record_seconds(case) if slides else touch_seconds(case)
+    return condensation_seconds(case.slab) + rest
 
 
 # One case of a dataset on the terminal: how it ended, its numbers, its lines in text; or its lines as a picture.
@@ -440,11 +460,13 @@ BRIEF: Final[Mapping[str, tuple[str, ...]]] = {
 def _show_case(case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, names: Collection[str] = ()) -> None:
     """Print a case of a dataset, or write its picture besides. names: only these numbers, and the last line."""
     _print_numbers(case, dataset, names)
+    # The brief answer has room for one line: that of the last stage.
     lines = list(curves(case))[-1 if names else 0 :]
     if lines and variables.are_means(case):
         note("lines are those of the first member")
     if picture:
-        _draw().write_and_note({picture: _draw().draw_lines(lines, picture)})
+        content = _draw().draw_lines(lines, picture)
+        _draw().write_and_note({picture: content})
     else:
         print_lines(lines)
     inertial = inertial_range(case)
@@ -455,21 +477,24 @@ def _show_case(case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, name
         advice = "" if stuck else "; lower stage_velocity, spring_stiffness or pin_mass"
         note(f"the spring force over load, {alone}, the rest is inertia and damper{advice}")
     if lines and not names:  # the answer has scrolled away
-        note(summary.answer(case))
+        note(single_case.answer(case))
 
 
 def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]) -> None:
     """Print parameters, outcome and numbers of a case, all or only these; several drives as rows."""
-    values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
+    scalars = [coordinate for coordinate in case.coords.values() if not coordinate.dims]
+    values = {str(coordinate.name): coordinate.item() for coordinate in scalars}
     scales = read_scales(dataset.attrs)
     sentences = [f"case {_label(case, dataset)}"]
     if scales:
         sentences.append(f"in SI: {si_line(scales, values, {})}")
-    sizes = drive_sizes({name: (values[name],) for name in drive_parameters().keys() & values.keys()})
+    of_drive = drive_parameters().keys() & values.keys()
+    sizes = drive_sizes({name: (values[name],) for name in of_drive})
     if sizes:
         sentences.append(f"drive: {', '.join(sizes)}")
-    print_sentences([*sentences, *summary.ending_lines(case, brief=bool(names))])
-    table, others = summary.case_table(case, names)
+    outcomes = single_case.ending_lines(case, brief=bool(names))
+    print_sentences([*sentences, *outcomes])
+    table, others = single_case.case_table(case, names)
     if table.rows:
         print_table(table)
     print_sentences(f"{reason}: {', '.join(lacking)}" for reason, lacking in others.items())
@@ -488,7 +513,8 @@ def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
     if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius
         others = [name for name in shown if name not in ("pin", "half_width")]
         shown = ["pin", *("half_width" if name == "radius" else name for name in others)]
-    return summary.label_text({name: case[name].item() for name in shown if not case[name].isnull()})
+    known = [name for name in shown if not case[name].isnull()]
+    return summary.label_text({name: case[name].item() for name in known})
 
 
 def _varies(coordinate: xr.DataArray) -> bool:

@@ -21,6 +21,8 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import Origins, census, here
 from nanoslip.study.plan.plan import KindCount, Plan, kind_counts, make_plan
 from nanoslip.study.report.console import counting, note, whole
+from nanoslip.study.results.attempts import Attempt
+from nanoslip.study.results.entry import Meta
 from nanoslip.study.results.files import results_folder, shard_folders
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.dispatch import MeasuredTimes
@@ -35,16 +37,19 @@ from nanoslip.study.toml_text import from_toml
 
 def print_json(value: Any) -> None:
     """Print a value as JSON, keys in their order; numbers that are not finite are null."""
-    click.echo(json.dumps(_finite(value), ensure_ascii=False, indent=1, allow_nan=False, default=_plain))
+    plain = _finite(value)
+    # allow_nan refuses what _finite has missed: NaN is no JSON.
+    text = json.dumps(plain, ensure_ascii=False, indent=1, allow_nan=False, default=_plain)
+    click.echo(text)
 
 
 def _finite(value: Any) -> Any:
     if isinstance(value, KindCount):
         value = asdict(value)
     if isinstance(value, Mapping):
-        return {str(key): _finite(each) for key, each in value.items()}
+        return {str(key): _finite(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
+        return [_finite(entry) for entry in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
@@ -85,9 +90,9 @@ def _tasks_of_case(manifest: Manifest) -> int:
 
 
 def load_own_numbers(manifest: Manifest) -> None:
-    """Execute the files with one's own numbers of a campaign that is about to be computed. Raises ManifestError.
+    """Execute the files of a campaign's own numbers, before it is computed. Raises ManifestError.
 
-    Only commands of somebody who computes do so: those that read results never import this.
+    Only commands that compute do this; commands that read results never import these files.
     """
     if manifest.observables:
         import_module("nanoslip.study.dataset.variables").refuse_taken_names(manifest)
@@ -108,9 +113,11 @@ def idle_lines(plan: Plan) -> list[str]:
     """The parameters and drives of a campaign that change nothing in any of its cases, each with the reason; limits of contacts
     aside. And `drive_lines`."""
     manifest = plan.manifest
-    given = {*manifest.axes, *manifest.fixed} - {*manifest.tables["limits"]}
+    limits = {*manifest.tables["limits"]}
+    given = {*manifest.axes, *manifest.fixed} - limits
     cases = [case.case for case in plan.cases if case.case is not None]
-    return [*idle(cases, given, manifest.stages == ("contact",)), *drive_lines(manifest)]
+    lines = idle(cases, given, manifest.stages == ("contact",))
+    return [*lines, *drive_lines(manifest)]
 
 
 def drive_lines(manifest: Manifest) -> Iterator[str]:
@@ -133,8 +140,11 @@ BALL: Final = (
 def ball_lines(plan: Plan) -> list[str]:
     """Advice if a campaign computes a cylinder where its keys resemble a ball."""
     top = from_toml(plan.manifest.text)
-    tables = [top.get(name, {}) for name in ("scales", "constants", "numerics", "axes")]
-    given = {key: value for table in tables if isinstance(table, dict) for key, value in table.items()}
+    given: dict[str, Any] = {}
+    for name in ("scales", "constants", "numerics", "axes"):
+        table = top.get(name, {})
+        if isinstance(table, dict):
+            given |= table
     return [BALL] if resembles_ball(given) else []
 
 
@@ -175,13 +185,22 @@ def standing(
     sized: whether bytes of all tasks are estimated.
     """
     into, plan = results_folder(campaign, out), plan_campaign(campaign)
-    stores = tuple(Store(folder, whole=False) for folder in (into, *shard_folders(into)))
-    metas = {key: meta for store in stores for key, meta in store.metas().items()}
-    failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
-    rest = tasks_to_do(plan, failures, {key: meta.origins for key, meta in metas.items()})
-    measured = measure(plan) if measure else read_task_times(into, *shard_folders(into))
-    counts = kind_counts(plan.tasks if sized else plan.distinct, rest.tasks, rest.given_up)
-    seconds = {kind: measured.factor(kind) * count.core_seconds_left for kind, count in counts.items()}
+    folders = (into, *shard_folders(into))
+    stores = tuple(Store(folder, whole=False) for folder in folders)
+    metas: dict[str, Meta] = {}
+    failures: dict[str, Attempt] = {}
+    for store in stores:
+        metas |= store.metas()
+        failures |= store.failures()
+    origins = {key: meta.origins for key, meta in metas.items()}
+    rest = tasks_to_do(plan, failures, origins)
+    measured = measure(plan) if measure else read_task_times(*folders)
+    tasks = plan.tasks if sized else plan.distinct
+    counts = kind_counts(tasks, rest.tasks, rest.given_up)
+    kinds = {}
+    for kind, count in counts.items():
+        seconds = measured.factor(kind) * count.core_seconds_left
+        kinds[kind] = replace(count, core_seconds_left=seconds)
     finished = {key: meta.outcome for key, meta in metas.items()}
     failed = {key: attempt.outcome for key, attempt in failures.items()}
     return Standing(
@@ -189,7 +208,7 @@ def standing(
         into=into,
         plan=plan,
         stores=stores,
-        kinds={kind: replace(count, core_seconds_left=seconds[kind]) for kind, count in counts.items()},
+        kinds=kinds,
         remaining=rest.tasks,
         given_up=rest.given_up,
         foreign=rest.foreign,
@@ -201,7 +220,8 @@ def standing(
 def command_text(command: str, campaign: Path, into: Path, *options: str) -> str:
     """A command on a campaign, for advice: ready to be typed, with the folder of results if it is not the campaign's
     default."""
-    out = () if into == results_folder(campaign, None) else ("--out", str(into))
+    is_default = into == results_folder(campaign, None)
+    out = () if is_default else ("--out", str(into))
     return whole(f"nanoslip {shlex.join([command, str(campaign), *out, *options])}")
 
 
@@ -209,7 +229,8 @@ def print_foreign(foreign: Mapping[str, Origins], campaign: Path, into: Path, st
     """Print which finished results are by other software, and how to compute them again; nothing where none are."""
     if not foreign:
         return
-    parts = "; ".join(f"{count} of {origin}" for origin, count in sorted(census(foreign.values()).items()))
+    counts = sorted(census(foreign.values()).items())
+    parts = "; ".join(f"{count} of {origin}" for origin, count in counts)
     again = command_text("run", campaign, into, "--recompute-foreign")
     found = f"{len(foreign)} finished results are other software's: {parts}; here is {here()}"
     note(f"{found}. They are used as they are; {again} computes them again", stderr=stderr)

@@ -35,7 +35,9 @@ def list_campaigns(as_json: bool) -> None:
     """Print name and title of each campaign that comes with nanoslip."""
     found = shipped.campaign_files()
     if as_json:
-        campaigns = [{"name": name, "title": read_title(path), "file": str(path)} for name, path in found.items()]
+        campaigns = []
+        for name, path in found.items():
+            campaigns.append({"name": name, "title": read_title(path), "file": str(path)})
         plans.print_json(campaigns)
         return
     print_titles(found)
@@ -44,7 +46,8 @@ def list_campaigns(as_json: bool) -> None:
 
 def print_titles(found: Mapping[str, Path]) -> None:
     """Print name and title of campaigns, by name."""
-    print_entries({name: read_title(path) for name, path in found.items()})
+    titles = {name: read_title(path) for name, path in found.items()}
+    print_entries(titles)
 
 
 def read_title(path: Path) -> str:
@@ -70,11 +73,14 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
     source = found[starter]
     # The files that a starter names are those of its name.
     beside = [path for path in source.parent.glob(f"{source.stem}.*") if path != source]
-    copies = {source: target} | {path: target.with_name(path.name) for path in beside}
+    copies = {source: target}
+    copies |= {path: target.with_name(path.name) for path in beside}
     existing = [str(copy) for copy in copies.values() if copy.exists()]
+    # All or nothing: a starter without the files that it names cannot be run.
     if existing:
         raise Refusal(f"{', '.join(existing)}: there already, and is not overwritten: needs another name")
-    write_files({copy: path.read_bytes() for path, copy in copies.items()})
+    contents = {copy: path.read_bytes() for path, copy in copies.items()}
+    write_files(contents)
     check, run = whole(f"nanoslip check {target}"), whole(f"nanoslip run {target}")
     note(f"{whole(f'written: {target}')}; change it, then: {check}; {run}")
 
@@ -92,12 +98,14 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
             plans.load_own_numbers(plan.manifest)
             note(_report_counts(campaign, plan))
             sizes = [_si_sentence(plan)] if plan.manifest.stated_scales else []
-            print_sentences([*_axes(plan), *sizes, *plans.idle_lines(plan), *plans.ball_lines(plan)])
+            idle = (*plans.idle_lines(plan), *plans.ball_lines(plan))
+            print_sentences([*_axes(plan), *sizes, *idle])
             outlook = expectations.plan_outlook(plan)
             expected = [f"expected: {line}" for line in expectations.flag_prediction_lines(plan, outlook)]
             refused = [f"refused: {line}" for line in _refusals(plan)]
             print_sentences([*expectations.duration_lines(plan), *expected, *refused])
         except ManifestError as error:
+            # All files are checked: whoever mends one wants to know what the others lack.
             problems += error.problems
     if problems:
         raise Refusal("\n".join(map(str, problems)))
@@ -111,7 +119,7 @@ def _report_counts(campaign: Path, plan: Plan) -> str:
 
 
 def _with_refused(found: Sequence[CampaignCase | CampaignDrive], what: str, members: str = "") -> str:
-    refused = sum(not each.outcome.ok for each in found)
+    refused = sum(not item.outcome.ok for item in found)
     remark = f" ({refused} of them refused)" if refused else ""
     return f"{plans.plural(len(found), what)}{members}{remark}"
 
@@ -123,7 +131,8 @@ FEW: Final = 8
 def _axes(plan: Plan) -> Iterator[str]:
     """The values of each axis, as they were read: `[0,5]` is 0 and 5; and as they were written, if in units."""
     document = from_toml(plan.manifest.text)
-    texts = {**document.get("axes", {}), **document.get("drive_axes", {})}
+    written_axes = document.get("axes", {})
+    texts = {**written_axes, **document.get("drive_axes", {})}
     for name, values in {**plan.manifest.axes, **plan.manifest.drive_axes}.items():
         word = words_by_name().get(name, name)
         text = texts.get(word, [])
@@ -138,7 +147,8 @@ def _list_few(values: Sequence[Value]) -> str:
     """All of a few values, the first and the last of many with their number."""
     labels = [label_value(value) for value in values]
     if len(labels) > FEW:
-        labels = [*labels[: FEW // 2], "…", *labels[-2:], f"({len(labels)} values)"]
+        first, last = labels[: FEW // 2], labels[-2:]
+        labels = [*first, "…", *last, f"({len(labels)} values)"]
     return ", ".join(labels)
 
 
@@ -167,18 +177,18 @@ def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool
 
 def _print(found: plans.Standing, ranks: int) -> None:
     plan, outlook = found.plan, expectations.plan_outlook(found.plan)
-    print_sentences([plan.manifest.title, *_cases(plan), *_axes(plan), _si_sentence(plan)])
+    head = (plan.manifest.title, *_cases(plan), *_axes(plan), _si_sentence(plan))
+    print_sentences(head)
     print_sentences([*plans.idle_lines(plan), *expectations.duration_lines(plan)])
     note(f"effects that are off or vary: {', '.join(_effects_not_on(plan)) or 'none'}")
     print_table(_kinds(found, _CELLS))
     results, dataset = map(_mega, expectations.disk_of_plan(plan))
     disk = f"disk: about {results} MB of results, {dataset} MB of dataset"
-    print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), disk, expectations.span_line(outlook)])
-    cautions = {
-        "expected": expectations.flag_prediction_lines(plan, outlook),
-        "refused": _refusals(plan),
-        "does not fit here": expectations.shortages(plan, found.remaining),
-    }
+    time = (*_factors(found), _time(found, ranks), *_ensembles(found))
+    print_sentences([*time, disk, expectations.span_line(outlook)])
+    expected = expectations.flag_prediction_lines(plan, outlook)
+    shortages = expectations.shortages(plan, found.remaining)
+    cautions = {"expected": expected, "refused": _refusals(plan), "does not fit here": shortages}
     for caution, lines in cautions.items():
         print_sentences(f"{caution}: {line}" for line in lines)
     plans.print_foreign(found.foreign, found.campaign, found.into)
@@ -241,7 +251,9 @@ def _time(found: plans.Standing, ranks: int) -> str:
         return f"time left: none, {reason}"
     count = found.measured.tasks({task.kind for task in tasks})
     ensemble = found.plan.manifest.ensemble
+    # Times by estimates alone are known within a factor; those of tasks that have run scatter far less.
     guess = 1.0 if count else GUESS
+    # A case that needs all of its members takes longer than the likely one by the ratio of members.
     most = guess if ensemble.within is None else guess * ensemble.members / ensemble.likely
     one_rank = makespan(tasks, 1, found.measured.seconds)
     text = f"time left: {_range(one_rank / guess, one_rank * most)} on 1 rank"
@@ -258,7 +270,9 @@ GUESS: Final = 10.0
 
 def _range(least: float, most: float) -> str:
     """A time that is not known as a range: `0.4 s to 40 s`."""
-    return " to ".join(map(to_one_digit, (least, most))) if least < most else roughly(least)
+    if least >= most:
+        return roughly(least)
+    return f"{to_one_digit(least)} to {to_one_digit(most)}"
 
 
 def _ensembles(found: plans.Standing) -> Iterator[str]:
@@ -272,7 +286,8 @@ def _ensembles(found: plans.Standing) -> Iterator[str]:
 def _refusals(plan: Plan) -> Iterator[str]:
     """One line for each reason of a refusal: the first case or drive that has it, and how many more."""
     groups: dict[str, list[CampaignCase | CampaignDrive]] = {}
-    items: tuple[CampaignCase | CampaignDrive, ...] = (*plan.cases, *plan.manifest.drives)
+    cases, drives = plan.cases, plan.manifest.drives
+    items: tuple[CampaignCase | CampaignDrive, ...] = (*cases, *drives)
     for item in items:
         if not item.outcome.ok:
             groups.setdefault(item.outcome.message, []).append(item)
@@ -287,8 +302,13 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
     """The plan for scripts."""
     plan = found.plan
     results, dataset = expectations.disk_of_plan(plan)
-    refused = [{"case": case.parameters, "message": case.outcome.message} for case in plan.cases if not case.case]
-    times = {number: makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})}
+    impossible = [case for case in plan.cases if not case.case]
+    refused = [{"case": case.parameters, "message": case.outcome.message} for case in impossible]
+    times = {}
+    for number in sorted({1, ranks}):
+        times[number] = makespan(found.remaining, number, found.measured.seconds)
+    factors = {kind: found.measured.factor(kind) for kind in found.measured.as_data()}
+    outlook = expectations.plan_outlook(plan)
     return {
         "title": plan.manifest.title,
         "cases": len(plan.cases),
@@ -298,9 +318,9 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
         "effects": read_effect_switches(plan.manifest),
         "tasks": found.kinds,
         "seconds_left": times,
-        "measured": {kind: found.measured.factor(kind) for kind in found.measured.as_data()},
+        "measured": factors,
         "disk_bytes": {"results": results, "dataset": dataset},
-        "expected": expectations.flag_prediction_lines(plan, expectations.plan_outlook(plan)),
+        "expected": expectations.flag_prediction_lines(plan, outlook),
         "does_not_fit": list(expectations.shortages(plan, found.remaining)),
         "foreign_results": len(found.foreign),
     }
@@ -308,7 +328,8 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
 
 def _drive_data(drive: CampaignDrive) -> dict[str, str]:
     """A drive for scripts, and why it is refused, if it is."""
-    return {"drive": drive.label, "refused": "" if drive.drive else drive.outcome.message}
+    reason = "" if drive.drive else drive.outcome.message
+    return {"drive": drive.label, "refused": reason}
 
 
 def _mega(number: float) -> str:
@@ -340,12 +361,14 @@ def show_status(campaign: Path, out: Path | None, as_json: bool) -> None:
 def _tables(found: plans.Standing) -> tuple[Table, Table]:
     """Tasks by kind, and cases and drives by outcome."""
     cases, drives = ended(found.plan, found.outcomes)
+    # Success first, then what waits, then failures.
     words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word in _UNHURT, word))
     columns = {"outcome": words, "cases": [str(cases[word]) for word in words]}
     if drives:
         columns["drives"] = [str(drives[word]) for word in words]
     rows = tuple(zip(*columns.values(), strict=True))
-    failed = frozenset(number for number, word in enumerate(words) if word not in (_COMPLETED, *_UNHURT))
+    good = (_COMPLETED, *_UNHURT)
+    failed = frozenset(number for number, word in enumerate(words) if word not in good)
     tasks = _kinds(found, ("finished", "left", "core time left", "all"))
     return tasks, Table(tuple(columns), rows, len(columns), failed)
 
@@ -388,8 +411,10 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
             merge = merge_script(job, settings, template)
             texts = {into / "array.sh": array, into / "merge.sh": merge}
         # Logs are opened in their folder before anything runs.
-        write_files({path: os.fsencode(text) for path, text in texts.items()})
-    print_sentences(_idle(found, settings.tasks * (shards or 1)), stderr=True)
+        contents = {path: os.fsencode(text) for path, text in texts.items()}
+        write_files(contents)
+    ranks = settings.tasks * (shards or 1)
+    print_sentences(_idle(found, ranks), stderr=True)
     if site is None:
         note(f"settings: {whole(used)}; copy the file, change it and give it by --site")
     if submit:
@@ -414,6 +439,7 @@ def _idle(found: plans.Standing, ranks: int) -> Iterator[str]:
         return
     alone = makespan(tasks, 1, found.measured.seconds)
     shortest = makespan(tasks, len(tasks), found.measured.seconds)
+    # The longest chain of tasks takes as long on any number of ranks.
     useful = math.ceil(alone / shortest)
     if ranks > useful:
         yield f"{ranks} ranks: only about {useful} can be at work, on {plans.plural(len(tasks), 'task')} left"
@@ -425,6 +451,7 @@ def _submit(scripts: list[Path]) -> int:
     for path in scripts:
         try:
             typed = ["sbatch", "--parsable", *before, str(path)]
+            # sbatch's own errors go straight to the terminal; its answer is read for the job's number.
             done = subprocess.run(typed, check=False, stdout=subprocess.PIPE, text=True)
         except FileNotFoundError:
             raise Refusal("sbatch: not found; is this a machine of the cluster?") from None

@@ -139,18 +139,20 @@ class TraceReading(NamedTuple):
         """The trace, its load and the velocity of its stage; NaN where they are not given. Raises Refusal, InvalidInput."""
         if self.time and self.displacement:
             raise Refusal("--time and --displacement exclude each other: the force is measured over one of the two")
-        headers = (self.time or "", self.displacement or "", self.force or "")
-        given = TraceOptions(*headers, self.columns or ())
+        time, displacement, force = self.time or "", self.displacement or "", self.force or ""
+        given = TraceOptions(time, displacement, force, self.columns or ())
         trace = read_trace(file, file_text(file), given)
         load = parse_option("load", self.load, "N", positive=True)
         velocity = self.stage_velocity()
         unit = "s" if trace.over == "time" else "m"
         start = parse_option("from", self.start, unit)
         end = parse_option("to", self.end, unit)
-        trace = trace.between(start, end)
+        # Cut before offset and drift are taken off: a drift grows from the begin of the part that is looked at.
+        trace = trace.select_span(start, end)
         offset = parse_option("offset", self.offset, trace.unit)
         drift = parse_option("drift", self.drift, f"N {unit}-1")
-        trace = trace.without(_or_zero(offset), _or_zero(drift))
+        trace = trace.subtract(_or_zero(offset), _or_zero(drift))
+        # A given load takes the place of a column of it; a load that changes makes a line, and no coefficient.
         if math.isnan(load) and not _is_over_load(trace):
             trace = trace.divide_by_load()
         if not math.isnan(velocity):
@@ -203,26 +205,31 @@ def show_trace(
         raise Refusal(f"{parameters[0]}: needs --over CAMPAIGN, whose case it selects")
     computed, loops = None, None
     if over and found.loops:
-        loops = _computed_loops(over, parameters, _require_load(trace, weight), reading.rig_stiffness())
+        weight_of_loop = _require_load(trace, weight)
+        loops = _find_loops(over, parameters, weight_of_loop, reading.rig_stiffness())
     elif over:
-        computed = _of_drive(over, parameters)
-    series = TraceSeries.of({file.name: trace}, {file.name: weight}, reading) if events else None
+        computed = _read_motion(over, parameters)
+    series = TraceSeries.from_traces({file.name: trace}, {file.name: weight}, reading) if events else None
     if as_json:
         distributions = {"events": as_mapping(series.numbers)} if series else {}
         beside = {"computed": as_mapping(loops.numbers)} if loops else {}
-        print_json({"load": _find_load(trace, weight), **json_of_trace(trace, found), **beside, **distributions})
+        known_load = {"load": _find_load(trace, weight)}
+        print_json({**known_load, **json_of_trace(trace, found), **beside, **distributions})
     else:
         note(_as_read(trace))
-        print_table(loop_table(found.numbers, loops.numbers) if loops else number_table(found.numbers, computed))
         if loops:
+            print_table(loop_table(found.numbers, loops.numbers))
             print_sentences(_loop_sentences(loops, _require_load(trace, weight)))
+        else:
+            print_table(number_table(found.numbers, computed))
         if series:
             print_table(number_table(series.numbers))
         print_sentences(map(sentence, found.flags))
         if "static_friction" in found.numbers and trace.unit == "N" and math.isnan(weight):
             note('forces are in N: --load "100 N" makes them friction coefficients')
     if picture:
-        write_files({picture: draw(trace, found, weight, form, computed, loops)})
+        content = draw(trace, found, weight, form, computed, loops)
+        write_files({picture: content})
         note(whole(f"written: {picture}"), stderr=as_json)
     if events and series:
         write_files({events: series.text.encode()})
@@ -236,7 +243,9 @@ class TraceSeries(NamedTuple):
     numbers: dict[str, Measured]
 
     @classmethod
-    def of(cls, traces: Mapping[str, Trace], loads: Mapping[str, float], reading: TraceReading) -> "TraceSeries":
+    def from_traces(
+        cls, traces: Mapping[str, Trace], loads: Mapping[str, float], reading: TraceReading
+    ) -> "TraceSeries":
         """Find the events of each trace. loads: in N, NaN where they are not known."""
         velocity = reading.stage_velocity()
         events, units = {}, {}
@@ -245,12 +254,14 @@ class TraceSeries(NamedTuple):
             divides = trace.unit == "N" and math.isfinite(load)
             shown = replace(trace, force=trace.force / load, unit="1") if divides else trace
             events[file] = find_events(shown)
-            units[file] = EventUnits.of(shown, load, velocity)
+            units[file] = EventUnits.from_trace(shown, load, velocity)
+        # Sizes of different dimensions have no common distribution.
         places = {(unit.force, unit.place) for unit in units.values()}
         if len(places) > 1:
             raise Refusal("--events: needs files of one kind: forces or coefficients, over time or over displacement")
         ((force, place),) = places
-        numbers = event_numbers(list(events.values()), force, "time" if place == "s" else "displacement")
+        over = "time" if place == "s" else "displacement"
+        numbers = event_numbers(list(events.values()), force, over)
         return cls(events_as_csv(events, units), numbers)
 
 
@@ -261,7 +272,7 @@ def as_mapping(numbers: Mapping[str, Measured]) -> dict[str, dict[str, Any]]:
 
 def json_of_trace(trace: Trace, found: TraceNumbers) -> dict[str, Any]:
     """Numbers, flags and notes of a trace for JSON."""
-    notes = [] if trace.source is None else list(_left_out(trace.source))
+    notes = [] if trace.source is None else list(_describe_omissions(trace.source))
     notes += map(sentence, found.flags)
     return {**as_mapping(found.numbers), "flags": found.flagged, "notes": notes}
 
@@ -272,13 +283,13 @@ def _as_read(trace: Trace) -> str:
     span = f"from {trace.at[0]:.4g} to {trace.at[-1]:.4g} {unit}"
     parts = [f"{len(trace.at)} points of {what} over {trace.over} {span}"]
     if trace.source is not None:
-        parts += [separation(trace.source.columns), *_left_out(trace.source)]
+        parts += [separation(trace.source.columns), *_describe_omissions(trace.source)]
     force_unit = "" if trace.unit == "1" else " N"
     parts.append(f"{what} from {trace.force.min():.4g} to {trace.force.max():.4g}{force_unit}")
     return "; ".join(parts)
 
 
-def _left_out(source: TraceSource) -> Iterator[str]:
+def _describe_omissions(source: TraceSource) -> Iterator[str]:
     """Lines and samples that were left out or mended, and the columns that were taken from more than two."""
     if len(source.columns.columns) > 2:
         yield f"columns {', '.join(map(quote_value, source.taken))}"
@@ -289,11 +300,12 @@ def _left_out(source: TraceSource) -> Iterator[str]:
         yield f"{plural(source.unloaded, 'sample')} at less than half of the median normal load left out"
 
 
-def _of_drive(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
+def _read_motion(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
     """The motion of a computed drive, with its numbers. Raises Refusal unless exactly one drive matches."""
     with find_dataset(source) as dataset:
         try:
-            return Accessor(one_case(dataset, assignments(parameters))).trajectory().load()
+            case = one_case(dataset, assignments(parameters))
+            return Accessor(case).trajectory().load()
         except (KeyError, ValueError) as error:
             raise Refusal(f"--over {source}: {error_message(error)}") from None
 
@@ -310,7 +322,7 @@ def _require_load(trace: Trace, load: float) -> float:
     return known
 
 
-def _computed_loops(source: Path, parameters: tuple[str, ...], load: float, rig: float) -> ComputedLoops:
+def _find_loops(source: Path, parameters: tuple[str, ...], load: float, rig: float) -> ComputedLoops:
     """Loops of a computed case. Raises Refusal unless exactly one case and drive matches, and has loops."""
     with find_dataset(source) as dataset:
         try:
@@ -323,14 +335,14 @@ def _computed_loops(source: Path, parameters: tuple[str, ...], load: float, rig:
 def _loop_sentences(computed: ComputedLoops, load: float) -> Iterator[str]:
     """Sentences on the computed column, beside the measured one."""
     yield "computed ± are over starts, or over strokes of a single one; numbers without ± are of the start that is drawn"
-    loads = [f"{each:.3g} N" for each in (load, computed.load)]
+    loads = [f"{newtons:.3g} N" for newtons in (load, computed.load)]
     if loads[0] != loads[1]:
         yield f"measured at {loads[0]}, computed at {loads[1]}: energies, stiffness and lengths are those of different loads"
     if computed.of_path and not computed.machine:
         yield "the pin of a path is moved itself: without --rig the measured loop is that of contact and machine together"
 
 
-def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:
+def _format_computed(computed: xr.Dataset, name: str, periodic: bool) -> str:
     """A number of a computed drive. Kinetic friction of a periodic trace is compared with the drive's mean force over
     time."""
     if periodic:
@@ -342,33 +354,34 @@ def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:
 
 
 def loop_table(numbers: Mapping[str, Measured], computed: Mapping[str, Measured]) -> Table:
-    """Numbers of a trace beside those of computed loops: first those that both have."""
+    """Table of measured numbers beside numbers of computed loops, first the numbers that both have."""
     names = [name for name in numbers if name in computed]
     names += [name for name in numbers if name not in computed]
     rows = []
     for name in names:
         measured = numbers[name]
         written_unit = "" if measured.unit == "1" else as_written(measured.unit)
-        beside = _measured_text(computed[name]) if name in computed else "–"
-        rows.append((name, _measured_text(measured), beside, written_unit))
+        beside = _format_measured(computed[name]) if name in computed else "–"
+        rows.append((name, _format_measured(measured), beside, written_unit))
     return Table(("number", "measured ±", "computed ±", "unit"), tuple(rows))
 
 
-def _measured_text(number: Measured) -> str:
+def _format_measured(number: Measured) -> str:
     value, error, count, _ = number
     return with_error(value, error) if count > 1 or math.isfinite(error) else f"{value:.4g}"
 
 
 def number_table(numbers: Mapping[str, Measured], computed: xr.Dataset | None = None) -> Table:
-    """Numbers of a trace, a row each, beside those of a computed drive."""
+    """Table of the numbers of a trace, perhaps beside the numbers of a computed drive."""
     rows = []
     is_periodic = "mean_force" in numbers
     for name, number in numbers.items():
         values = plural(number.of, "value") if number.of else "given"
         written_unit = "" if number.unit == "1" else as_written(number.unit)
-        row = [name, TRACE_SYMBOLS.get(name, ""), _measured_text(number), written_unit, values]
+        symbol = TRACE_SYMBOLS.get(name, "")
+        row = [name, symbol, _format_measured(number), written_unit, values]
         if computed is not None:
-            row.append(_beside(computed, name, is_periodic))
+            row.append(_format_computed(computed, name, is_periodic))
         rows.append(tuple(row))
     header = ["number", "symbol", "value ±", "unit", "mean of"]
     if computed is not None:
@@ -392,36 +405,46 @@ def draw(
         return _draw_over_load(trace, np.abs(trace.load), found, form)
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     label = "F/W" if trace.unit == "1" or math.isfinite(load) else "force (N)"
-    force = trace.force / per - found.offset - found.drift * (trace.at - trace.at[0])
+    drift = found.drift * (trace.at - trace.at[0])
+    force = trace.force / per - found.offset - drift
     middle = found.cycles[len(found.cycles) // 2] if found.cycles else None
     below = bool(middle) or found.loops is not None
     with shared.column(4.4 if below else 2.4, shared.PAGE) as figure:
-        panels = figure.subplots(2 if below else 1, squeeze=False)[:, 0]
+        grid = figure.subplots(2 if below else 1, squeeze=False)
+        panels = grid[:, 0]
         if computed is not None:
             first = found.cycles[0].start if found.cycles else 0.0
+            # Both stages start at times of their own: the first slips are laid over each other.
             shift = first - _first_drop(computed) if trace.over == "time" else 0.0
-            look: dict[str, Any] = {"color": shared.COLORS[2], "label": f"computed, {shift:+.3g} s", "zorder": 3}
-            panels[0].plot(computed["time"] + shift, computed["sample_spring_force"], **look)
+            look: dict[str, Any] = {"color": shared.COLORS[2], "label": f"computed, {shift:+.3g} s"}
+            time = computed["time"] + shift
+            panels[0].plot(time, computed["sample_spring_force"], zorder=3, **look)
         for axes, marker in zip(panels[: 2 if middle else 1], (",", "."), strict=False):
-            look = {"marker": marker, "markersize": 2.0, "linewidth": 0.5, "color": shared.COLORS[5]}
+            look = {"marker": marker, "markersize": 2.0, "linewidth": 0.5}
+            look["color"] = shared.COLORS[5]
             axes.plot(trace.at, force, label="measured", **look)
             for number, cycle in enumerate(found.cycles):
                 name = "Eq. 16-19" if not number else None
-                axes.plot(cycle.at, cycle.fit, color=shared.COLORS[1], linewidth=1.0, label=name)
+                line: dict[str, Any] = {"color": shared.COLORS[1], "linewidth": 1.0}
+                axes.plot(cycle.at, cycle.fit, label=name, **line)
             _draw_levels(axes, found)
             axes.set_ylabel(_less(label, found))
         for span in found.spans:
-            panels[0].axvspan(span.start, span.end, color=shared.COLORS[5], alpha=0.12, linewidth=0.0)
+            shade: dict[str, Any] = {"color": shared.COLORS[5], "alpha": 0.12, "linewidth": 0.0}
+            panels[0].axvspan(span.start, span.end, **shade)
         if middle:
-            shown = (trace.at >= middle.at[0]) & (trace.at <= middle.at[-1])
-            room = 0.1 * (force[shown].max() - force[shown].min())
-            limits = (force[shown].min() - room, force[shown].max() + room)
-            panels[1].set(xlim=(middle.at[0], middle.at[-1]), ylim=limits)
+            begin, end = middle.at[0], middle.at[-1]
+            shown = force[(trace.at >= begin) & (trace.at <= end)]
+            least, most = shown.min(), shown.max()
+            room = 0.1 * (most - least)
+            panels[1].set(xlim=(begin, end), ylim=(least - room, most + room))
         elif found.loops is not None:
             _draw_loops(panels[1], found, computed_loops)
             panels[1].set_ylabel(_less(label, found))
         along = "time (s)" if trace.over == "time" else "displacement (m)"
-        panels[0 if found.loops is not None and not middle else -1].set_xlabel(along)
+        # Below loops, which have a position of their own, the axis of the trace is that of the upper panel.
+        has_loops_below = found.loops is not None and not middle
+        panels[0 if has_loops_below else -1].set_xlabel(along)
         shared.legend(figure)
         return shared.image(figure, form)
 
@@ -430,15 +453,18 @@ def _draw_loops(axes: Any, found: TraceNumbers, computed: ComputedLoops | None) 
     """Measured loops, and computed ones, each about the middle of its way; of a path both over the place of the contact."""
     assert found.loops is not None
     machine = computed.machine if computed else 0.0
+    # A rig between stage and contact shears the loop: its points are shifted by F/k.
     measured = found.loops.position - machine * found.loops.force
     if computed:
         place = computed.loops.position
         wide: dict[str, Any] = {"linewidth": 2.0, "color": shared.COLORS[2], "alpha": 0.6}
         label = f"computed, {_energy_text(computed.numbers)}"
-        axes.plot(1e6 * (place - _middle(place)), computed.loops.force, label=label, **wide)
+        microns = 1e6 * (place - _middle(place))
+        axes.plot(microns, computed.loops.force, label=label, **wide)
     thin: dict[str, Any] = {"linewidth": 0.5, "color": shared.COLORS[5]}
     label = f"measured, {_energy_text(found.numbers)}"
-    axes.plot(1e6 * (measured - _middle(measured)), found.loops.force, label=label, **thin)
+    microns = 1e6 * (measured - _middle(measured))
+    axes.plot(microns, found.loops.force, label=label, **thin)
     if computed:
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     _draw_levels(axes, found)
@@ -447,11 +473,12 @@ def _draw_loops(axes: Any, found: TraceNumbers, computed: ComputedLoops | None) 
 
 def _energy_text(numbers: Mapping[str, Measured]) -> str:
     energy = numbers["cycle_energy"]
-    return f"{_measured_text(energy)} {as_written(energy.unit)} a cycle"
+    return f"{_format_measured(energy)} {as_written(energy.unit)} a cycle"
 
 
 def _middle(place: Floats) -> float:
-    return (float(place.max()) + float(place.min())) / 2.0
+    extremes = float(place.max()) + float(place.min())
+    return extremes / 2.0
 
 
 def _draw_over_load(trace: Trace, load: Floats, found: TraceNumbers, form: str) -> bytes:
@@ -460,7 +487,8 @@ def _draw_over_load(trace: Trace, load: Floats, found: TraceNumbers, form: str) 
     intercept = found.numbers["friction_intercept"].value
     ends = np.array([0.0, float(load.max())])
     points: dict[str, Any] = {"markersize": 2.0, "color": shared.COLORS[5], "label": "measured"}
-    line: dict[str, Any] = {"color": shared.COLORS[1], "label": f"{intercept:.3g} N + {slope:.3g} W"}
+    equation = f"{intercept:.3g} N + {slope:.3g} W"
+    line: dict[str, Any] = {"color": shared.COLORS[1], "label": equation}
     with shared.column(2.8, shared.PAGE) as figure:
         axes = figure.subplots()
         axes.plot(load, trace.force, ".", **points)
@@ -481,7 +509,8 @@ def _draw_levels(axes: Any, found: TraceNumbers) -> None:
     """Lines at static and kinetic friction, of both signs for strokes to and fro."""
     for style, name in (("--", "static_friction"), (":", "kinetic_friction")):
         if known := found.numbers.get(name):
-            look: dict[str, Any] = {"color": shared.COLORS[0], "linestyle": style}
+            color = shared.COLORS[0]
+            look: dict[str, Any] = {"color": color, "linestyle": style}
             axes.axhline(known.value, label=TRACE_SYMBOLS[name], **look)
             if found.spans:
                 axes.axhline(-known.value, **look)

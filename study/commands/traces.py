@@ -1,7 +1,7 @@
-"""Command `trace` of one file, or of several in one table with friction over their loads."""
+"""Command `trace` for a single file, or for several files in one table with friction over their loads."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -26,7 +26,7 @@ from nanoslip.study.manifest.parameters import as_written
 from nanoslip.study.measured.means import Measured, mean_with_error
 from nanoslip.study.measured.over_load import friction_of_files, has_different_loads
 from nanoslip.study.measured.recording import Trace
-from nanoslip.study.measured.trace import TraceNumbers
+from nanoslip.study.measured.trace import TraceFlag, TraceNumbers
 from nanoslip.study.report.console import Table, note, print_sentences, print_table, whole
 from nanoslip.study.results.store import write_files
 
@@ -38,7 +38,7 @@ MARKS: Final = {"": "o", "static_": "^"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FileNumbers:
-    """Numbers of one file of a series, its trace, and its normal load in N, NaN if that is not known."""
+    """Numbers of a file in a series, its trace, and its normal load in N, NaN if unknown."""
 
     trace: Trace
     load: float
@@ -46,11 +46,13 @@ class FileNumbers:
 
     def force(self, names: Sequence[str]) -> Measured | None:
         """The first of these frictions in N; None if there is none, or if the load is not known."""
-        number = next((self.found.numbers[name] for name in names if name in self.found.numbers), None)
-        if number is None or not math.isfinite(self.load):
+        known = [self.found.numbers[name] for name in names if name in self.found.numbers]
+        if not known or not math.isfinite(self.load):
             return None
+        number = known[0]
         newtons = self.load if number.unit == "1" else 1.0
-        return Measured(newtons * number.value, newtons * number.uncertainty, number.of, "N")
+        value, error = newtons * number.value, newtons * number.uncertainty
+        return Measured(value, error, number.of, "N")
 
 
 def show_traces(
@@ -63,6 +65,7 @@ def show_traces(
     **reading: Any,
 ) -> None:
     """Print the numbers of a file, or a table of several and friction over their loads. reading: see `TraceReading`."""
+    # A file whose name has an equals sign is a file if it exists, else a parameter.
     files = [Path(word) for word in words if "=" not in word or Path(word).exists()]
     parameters = tuple(word for word in words if Path(word) not in files)
     if not files:
@@ -71,10 +74,13 @@ def show_traces(
         raise Refusal(
             f"--load is given {plural(len(loads), 'time')}: needs one for all files, or one for each of {len(files)}"
         )
-    of_files = loads if len(loads) == len(files) else (loads or (None,)) * len(files)
+    of_files: Sequence[str | None] = loads
+    if len(loads) != len(files):
+        of_files = (loads or (None,)) * len(files)
     readings = [TraceReading(load=load, **reading) for load in of_files]
     if len(files) == 1:
-        show_trace(files[0], parameters, over, picture, events, as_json, readings[0])
+        outputs = (over, picture, events, as_json)
+        show_trace(files[0], parameters, *outputs, readings[0])
         return
     if over or parameters:
         raise Refusal(f"{'--over' if over else parameters[0]}: needs one FILE, not {len(files)}")
@@ -92,6 +98,7 @@ def _show_series(
         try:
             trace, load, found = reading.numbers(file)
         except Refusal as error:
+            # A file that cannot be read does not cost the numbers of the others.
             refused[name] = error.format_message()
             continue
         known = load if math.isfinite(load) else trace.mean_load
@@ -99,22 +106,23 @@ def _show_series(
     numbers = numbers_of_series(list(measured.values()))
     series = None
     if events and measured:
-        traces = {name: each.trace for name, each in measured.items()}
-        weights = {name: each.load for name, each in measured.items()}
-        series = TraceSeries.of(traces, weights, readings[0])
+        traces = {name: numbers_of_file.trace for name, numbers_of_file in measured.items()}
+        weights = {name: numbers_of_file.load for name, numbers_of_file in measured.items()}
+        series = TraceSeries.from_traces(traces, weights, readings[0])
     if as_json:
-        of_files = {
-            name: {"load": each.load, **json_of_trace(each.trace, each.found)} for name, each in measured.items()
-        }
+        facts = {name: _file_data(of_file) for name, of_file in measured.items()}
         distributions = {"events": as_mapping(series.numbers)} if series else {}
-        print_json({"files": of_files, "refused": refused, **as_mapping(numbers), **distributions})
+        head = {"files": facts, "refused": refused}
+        print_json({**head, **as_mapping(numbers), **distributions})
     else:
         print_table(_series_table(names, measured, refused))
         if numbers:
             print_table(number_table(numbers))
         if series:
             print_table(number_table(series.numbers))
-        flags = {flag.name: flag for each in measured.values() for flag in each.found.flags}
+        flags: dict[str, TraceFlag] = {}
+        for of_file in measured.values():
+            flags |= {flag.name: flag for flag in of_file.found.flags}
         print_sentences(f"{name}: {sentence(flag)}" for name, flag in flags.items())
     written = {}
     if picture:
@@ -128,25 +136,37 @@ def _show_series(
         raise Refusal(f"{len(refused)} of {plural(len(files), 'file')} cannot be read as a trace: {', '.join(refused)}")
 
 
+def _file_data(file: FileNumbers) -> dict[str, Any]:
+    """Load, numbers and flags of a file for JSON."""
+    return {"load": file.load, **json_of_trace(file.trace, file.found)}
+
+
 def _short_names(files: Sequence[Path]) -> list[str]:
     """Names of files without folders, or with them where two would be equal."""
     names = [file.name for file in files]
-    return names if len(set(names)) == len(names) else [str(file) for file in files]
+    if len(set(names)) == len(names):
+        return names
+    return [str(file) for file in files]
 
 
 def numbers_of_series(files: Sequence[FileNumbers]) -> dict[str, Measured]:
     """Lines of friction over load if the loads differ; means over the files, with the ± of their scatter, if they do not."""
     found: dict[str, Measured] = {}
     for begin, names in LEVELS.items():
-        known = [(each.load, force) for each in files if (force := each.force(names))]
-        loads, forces = [load for load, _ in known], [force for _, force in known]
+        of_files = [(file.load, file.force(names)) for file in files]
+        known = [(load, force) for load, force in of_files if force]
+        loads = [load for load, _ in known]
+        forces = [force for _, force in known]
         if has_different_loads(loads):
-            found |= {f"{begin}{name}": number for name, number in friction_of_files(loads, forces).items()}
+            line = friction_of_files(loads, forces)
+            found |= {f"{begin}{name}": number for name, number in line.items()}
     if found or len(files) < 2:
         return found
-    units = {name: number.unit for each in files for name, number in each.found.numbers.items()}
+    units = _units(files)
     for name, unit in units.items():
-        values = [each.found.numbers[name].value for each in files if name in each.found.numbers]
+        having = [file.found.numbers for file in files if name in file.found.numbers]
+        values = [numbers[name].value for numbers in having]
+        # A number that some files lack would be the mean of a choice.
         if len(values) == len(files):
             found[name] = mean_with_error(values, unit)
     return found
@@ -154,20 +174,29 @@ def numbers_of_series(files: Sequence[FileNumbers]) -> dict[str, Measured]:
 
 def _series_table(names: Sequence[str], measured: Mapping[str, FileNumbers], refused: Mapping[str, str]) -> Table:
     """A row for each file: its load and its numbers, and flags by name, or why it is refused."""
-    units = {name: number.unit for each in measured.values() for name, number in each.found.numbers.items()}
+    units = _units(measured.values())
     titles = []
     for name, unit in units.items():
         symbol = TRACE_SYMBOLS.get(name, name)
         titles.append(symbol if unit == "1" else f"{symbol} ({as_written(unit)})")
     rows = []
     for file in names:
-        each = measured.get(file)
-        cells = [_cell(each, name) for name in units]
-        load = f"{each.load:.4g}" if each and math.isfinite(each.load) else "–"
-        remark = ", ".join(each.found.flagged) if each else refused[file]
+        of_file = measured.get(file)
+        cells = [_cell(of_file, name) for name in units]
+        load = f"{of_file.load:.4g}" if of_file and math.isfinite(of_file.load) else "–"
+        remark = ", ".join(of_file.found.flagged) if of_file else refused[file]
         rows.append((file, load, *cells, remark))
     failed = frozenset(number for number, file in enumerate(names) if file in refused)
-    return Table(("file", "W (N)", *titles, "flags"), tuple(rows), failed=failed)
+    header = ("file", "W (N)", *titles, "flags")
+    return Table(header, tuple(rows), failed=failed)
+
+
+def _units(files: Iterable[FileNumbers]) -> dict[str, str]:
+    """Unit of each number that any of these files has."""
+    units: dict[str, str] = {}
+    for file in files:
+        units |= {name: number.unit for name, number in file.found.numbers.items()}
+    return units
 
 
 def _cell(file: FileNumbers | None, name: str) -> str:
@@ -181,18 +210,22 @@ def _draw_series(files: Mapping[str, FileNumbers], numbers: Mapping[str, Measure
         axes = figure.subplots()
         drawn = False
         for place, (begin, names) in enumerate(LEVELS.items()):
-            known = [(each.load, force) for each in files.values() if (force := each.force(names))]
+            of_files = [(file.load, file.force(names)) for file in files.values()]
+            known = [(load, force) for load, force in of_files if force]
             if not known:
                 continue
             drawn = True
-            look: dict[str, Any] = {"color": shared.COLORS[place], "linestyle": "none", "marker": MARKS[begin]}
-            loads, values, errors = np.array([(load, *force[:2]) for load, force in known]).T
-            axes.errorbar(loads, values, np.nan_to_num(errors), label=TRACE_SYMBOLS[names[0]], markersize=4.0, **look)
+            color = shared.COLORS[place]
+            look: dict[str, Any] = {"color": color, "linestyle": "none", "marker": MARKS[begin]}
+            look |= {"label": TRACE_SYMBOLS[names[0]], "markersize": 4.0}
+            points = [(load, *force[:2]) for load, force in known]
+            loads, values, errors = np.array(points).T
+            axes.errorbar(loads, values, np.nan_to_num(errors), **look)
             if slope := numbers.get(f"{begin}friction_slope"):
                 intercept = numbers[f"{begin}friction_intercept"].value
                 ends = np.array([0.0, float(loads.max())])
                 label = f"{intercept:.3g} N + {slope.value:.3g} W"
-                axes.plot(ends, intercept + slope.value * ends, color=shared.COLORS[place], label=label)
+                axes.plot(ends, intercept + slope.value * ends, color=color, label=label)
         if not drawn:
             raise Refusal(
                 '--picture: friction of several files is drawn over their loads; needs --load, as "2 N", for each'

@@ -183,13 +183,18 @@ OUTCOMES: Final = {
     "": OutcomeVariables(
         Quantity("outcome", "how the case ended", "", codes=_ENDINGS),
         Quantity("message", "reason of the outcome", "", comment="with advice"),
-        Quantity("cause", "cause of the outcome", "", comment="one for messages that differ in values alone, or empty"),
+        Quantity(
+            "cause",
+            "cause of the outcome",
+            "",
+            comment="the same for messages that differ only in their values; or empty",
+        ),
         Quantity("computed_by", "software that computed the case", "", comment=_BY_NAME),
     ),
     DRIVE: OutcomeVariables(
         Quantity("drive_outcome", "how the dynamic stage ended", "", codes=_ENDINGS),
         Quantity("drive_message", "reason of drive_outcome", "", comment="with advice"),
-        Quantity("drive_cause", "cause of drive_outcome", "", comment="as cause"),
+        Quantity("drive_cause", "cause of drive_outcome", "", comment="as for cause"),
         Quantity("drive_computed_by", "software of the dynamic stage", "", comment=_BY_NAME),
     ),
 }

@@ -36,10 +36,14 @@ from nanoslip.study.figures.sweep import (
 
 def differs(points: Points) -> bool:
     """True if a figure shows a difference: two values that differ by more than rounding."""
-    values = points.values[points.there] if points.axes else points.values[:0]
+    if not points.axes:
+        return False
+    values = points.values[points.there]
     if points.text or not len(values):
         return len(set(values.tolist())) > 1
-    return bool(np.ptp(values) > ROUNDING * np.abs(values).max())
+    # Cases that are the same by symmetry differ in the last digits.
+    largest = np.abs(values).max()
+    return bool(np.ptp(values) > ROUNDING * largest)
 
 
 def words_of_alike(found: Sequence[Points]) -> Iterator[str]:
@@ -54,7 +58,9 @@ def words_of_alike(found: Sequence[Points]) -> Iterator[str]:
 
 def capitalize_text(text: str) -> str:
     """A text that begins with a capital letter, or with a symbol as it is."""
-    return text[0].upper() + text[1:] if text[0].isascii() else text
+    first, rest = text[0], text[1:]
+    # Greek letters are symbols here: a capital μ would be a wrong one.
+    return first.upper() + rest if first.isascii() else text
 
 
 def _value(points: Points) -> str:
@@ -76,7 +82,8 @@ def _care(points: Points) -> str:
 
 def _where(points: Points) -> str:
     """Describe the cases that share a value, if all cases with a value do."""
-    known, count = int(points.there.sum()), len(points.values)
+    known = int(points.there.sum())
+    count = len(points.values)
     if count == 1:
         return ""
     if known == count:
@@ -120,6 +127,7 @@ def _answer_points(dataset: xr.Dataset) -> Iterator[Points]:
     """The numbers that a campaign is computed for, over a divisor that varies."""
     for name, divisor in _answer_names(dataset):
         if name in dataset and (not divisor or divisor in dataset.variables):
+            # A divisor that is the same in all cases would only rescale the axis.
             alike = not divisor or np.unique(dataset[divisor]).size == 1
             yield read_points(dataset, name, "" if alike else divisor)
 
@@ -147,7 +155,8 @@ def make_view(points: Points, x: str = "", hue: str = "") -> View:
         signs = _signs(select_points(drawn, roles.held), roles)
     together = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
     caption = f"{capitalize_text(points.label)}, {against}.{together}{signs}"
-    return View(points.name.replace("/", "_over_"), caption, draw, points.columns)
+    name = points.name.replace("/", "_over_")  # the stem of a file
+    return View(name, caption, draw, points.columns)
 
 
 def _figure_title(roles: Roles) -> str:
@@ -205,7 +214,8 @@ def _members(points: Points) -> str:
     lacking = points.lacking & points.there
     if not lacking.any():
         return ""
-    count, least = int(lacking.sum()), int(points.members[lacking].min())
+    count = int(lacking.sum())
+    least = int(points.members[lacking].min())
     return f" Of {count} of {len(points.values)} points some members have no value; the least have {least}."
 
 
@@ -232,7 +242,8 @@ def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any
 
 def view_named(dataset: xr.Dataset, y: str, x: str, hue: str, where: Mapping[str, Any]) -> View:
     """The view of a number over axes, by the words that people have for them. Raises UnknownNameError, ValueError."""
-    points = convert_axes_to_si(points_named(dataset, y, where), dataset, (x, hue))
+    points = points_named(dataset, y, where)
+    points = convert_axes_to_si(points, dataset, (x, hue))
     x_axis = axis_named(points, dataset, x) if x else ""
     hue_axis = axis_named(points, dataset, hue) if hue else ""
     return make_view(points, x_axis, hue_axis)

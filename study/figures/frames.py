@@ -125,6 +125,7 @@ def parse_events(text: str) -> tuple[int, ...]:
             events = range(first, last + 1, *step)
         else:
             events = sorted(set(map(int, text.split(","))))
+    # Ends of a range are compared, not its length: `5:0:-1` falls, and is no list of rising events.
     if not events or events[0] < 0 or events[-1] < events[0] or len(events) > MOST_FRAMES:
         allowed = f"first:last:step, as 0:200:10, or a list, as 0,5,12; from 0 on, at most {MOST_FRAMES} of them"
         raise InvalidInput(f"events = {text}: needs {allowed}")
@@ -150,16 +151,20 @@ def event_moments(case: Case, events: Sequence[int], scales: Scales | None = Non
     if not states:
         raise InvalidInput(f"no contact after event {events[0]}: {describe_outcome(outcome)}")
     last = events[len(states) - 1]
-    record = path or slide(replace(case, max_events=max(last, 1)), compliance)
+    # A record up to the last picture: the rest of it would be computed and not drawn.
+    to_last = replace(case, max_events=max(last, 1))
+    record = path or slide(to_last, compliance)
     triples = zip(events, [None, *states], states, strict=False)
     moments = [_moment(event, before, state, case) for event, before, state in triples]
     units = _si_units(moments, case.normal_load, scales) if scales else Units()
-    return Moments(tuple(_scale_moment(moment, units) for moment in moments), record, outcome, units)
+    scaled = tuple(_scale_moment(moment, units) for moment in moments)
+    return Moments(scaled, record, outcome, units)
 
 
 def _scale_moment(moment: Moment, units: Units) -> Moment:
     """A moment in other units than the solver's."""
     factors = {name: unit.factor for name, unit in units._asdict().items()}
+    # The limit is a traction and has no axis of its own; all other units have the names of fields.
     limit = factors.pop("traction") * moment.limit
     sizes = {name: factor * getattr(moment, name) for name, factor in factors.items()}
     return replace(moment, **sizes, limit=limit)
@@ -169,7 +174,8 @@ def _si_units(moments: Sequence[Moment], normal_load: float, scales: Scales) -> 
     """Units of axes in SI, with prefixes that suit the largest numbers."""
     width, load = scales.slab_width, normal_load * scales.force
     traction = load / (width * scales.slab_depth)
-    place = _si_unit(width, "m", [moment.x[moment.pressure > 0.0] for moment in moments])
+    in_contact = [moment.x[moment.pressure > 0.0] for moment in moments]
+    place = _si_unit(width, "m", in_contact)
     way = _si_unit(width, "m", [moment.displacement for moment in moments])
     force = _si_unit(load, "N", [moment.friction for moment in moments])
     stress = _si_unit(traction, "Pa", [moment.pressure for moment in moments])
@@ -188,7 +194,8 @@ def _si_units(moments: Sequence[Moment], normal_load: float, scales: Scales) -> 
 
 def _si_unit(scale: float, symbol: str, values: Iterable[Any]) -> Unit:
     """The unit in SI, with its prefix, of numbers in units of `scale`."""
-    largest = max(float(np.nanmax(np.abs(numbers))) for numbers in values)
+    maxima = [float(np.nanmax(np.abs(numbers))) for numbers in values]
+    largest = max(maxima)
     factor, prefixed = axis_unit(scale * largest, symbol)
     return Unit(scale * factor, prefixed)
 
@@ -215,7 +222,9 @@ def _contacts_at_turns(
 
 def _moment(event: int, before: ContactState | None, now: ContactState, case: Case) -> Moment:
     share = 1.0 / case.normal_load
-    limit = np.where(now.contact, node_limit(case, 1.0, now.pressure, now.first_node), 0.0)
+    in_contact = node_limit(case, 1.0, now.pressure, now.first_node)
+    limit = np.where(now.contact, in_contact, 0.0)
+    # An infinite μ_i limits nothing: no band is drawn for it.
     finite_limit = np.where(np.isinf(case.intrinsic_friction), np.nan, limit)
     slipped = _moving_nodes(before, now) if before else np.zeros_like(now.contact)
     return Moment(
@@ -234,8 +243,10 @@ def _moment(event: int, before: ContactState | None, now: ContactState, case: Ca
 
 def _moving_nodes(before: ContactState, now: ContactState) -> NDArray[np.bool_]:
     """Mask of nodes in contact at two moments whose slip is not the same at both."""
+    # Where the nodes move along with the pin, arrays begin at another node of the surface.
     ahead = now.first_node - before.first_node
-    slip, contact = np.roll(before.slip, -ahead), np.roll(before.contact, -ahead)
+    slip = np.roll(before.slip, -ahead)
+    contact = np.roll(before.contact, -ahead)
     largest = max(np.abs(now.slip).max(), now.displacement)
     moved = np.abs(now.slip - slip) > ROUNDING_OF_SLIPS * largest
     return np.asarray(now.contact & contact & moved)
@@ -259,19 +270,22 @@ def strip(shown: Moments) -> Figure:
     with column(height, max(3.35, beside + 1.35 * count)) as figure:
         grid = figure.add_gridspec(len(ratios), count, height_ratios=ratios)
         for number, moment in enumerate(shown.moments):
-            panels = [figure.add_subplot(grid[row, number]) for row in range(len(ratios) - 1)]
+            rows = range(len(ratios) - 1)
+            panels = [figure.add_subplot(grid[row, number]) for row in rows]
             maps = _draw_panels(panels, shown, moment)
             if number > 0:
                 _hide_labels(panels)
+        # One scale beside the last column holds for all columns.
         for axes, (colors, label) in zip(panels, maps, strict=False):
             figure.colorbar(colors, ax=axes, label=label)
         legend(figure)
-        _draw_record(figure.add_subplot(grid[-1, :]), shown, shown.moments)
+        below = figure.add_subplot(grid[-1, :])
+        _draw_record(below, shown, shown.moments)
     return figure
 
 
 def _draw_panels(panels: Sequence[Any], shown: Moments, moment: Moment) -> list[tuple[Any, str]]:
-    """Draw one moment of a strip, and return its maps with their labels, none of a row of nodes."""
+    """Draw one moment of a strip. Returns the maps with their labels; a row of nodes has no maps."""
     if not shown.planar:
         upper, lower = panels
         _draw_contact(upper, lower, shown, moment)
@@ -292,12 +306,17 @@ def draw_frame(figure: Figure, shown: Moments, moment: Moment) -> None:
     """Draw one moment of a film on an empty figure: the contact, and beside it the record with a point that moves."""
     if shown.planar:
         grid = figure.add_gridspec(2, 3)
-        _draw_maps([figure.add_subplot(grid[0, place]) for place in range(3)], shown, moment, titles=True)
-        _draw_record(figure.add_subplot(grid[1, :]), shown, (moment,))
+        maps = [figure.add_subplot(grid[0, place]) for place in range(3)]
+        _draw_maps(maps, shown, moment, titles=True)
+        below = figure.add_subplot(grid[1, :])
+        _draw_record(below, shown, (moment,))
         return
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 0.6))
-    _draw_contact(figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), shown, moment)
-    _draw_record(figure.add_subplot(grid[:, 1]), shown, (moment,))
+    upper = figure.add_subplot(grid[0, 0])
+    lower = figure.add_subplot(grid[1, 0])
+    _draw_contact(upper, lower, shown, moment)
+    beside = figure.add_subplot(grid[:, 1])
+    _draw_record(beside, shown, (moment,))
     legend(figure)
 
 
@@ -307,19 +326,24 @@ def _draw_maps(maps: Sequence[Any], shown: Moments, moment: Moment, titles: bool
     Returns the drawn artists, each with its label.
     """
     meshes = []
+    # Nodes come column by column: those with the x of the first one are a column.
     rows = int(np.count_nonzero(moment.x == moment.x[0]))
     units = shown.units
+    slipped_x, slipped_y = moment.x[moment.slipped], moment.y[moment.slipped]
+    along, across = _span(shown), _span(shown, across=True)
     for axes, name in zip(maps, MAPS, strict=True):
         label = typeset(getattr(units, name).label)
         values = np.where(moment.pressure > 0.0, getattr(moment, name), np.nan)
         x, y, colors = (array.reshape(-1, rows).T for array in (moment.x, moment.y, values))
+        # Colours of all pictures mean the same, so their range is that of all moments.
         low, high = _range(getattr(other, name) for other in shown.moments)
         mesh = axes.pcolormesh(x, y, colors, vmin=low, vmax=high, shading="nearest")
         meshes.append((mesh, label))
-        axes.plot(moment.x[moment.slipped], moment.y[moment.slipped], ".", color=MARK, markersize=1.5)
-        axes.set(aspect="equal", xlim=_span(shown), ylim=_span(shown, across=True))
+        axes.plot(slipped_x, slipped_y, ".", color=MARK, markersize=1.5)
+        axes.set(aspect="equal", xlim=along, ylim=across)
         lowest = titles or axes is maps[-1]
-        axes.set(xlabel=typeset(units.x.label) if lowest else "", ylabel=typeset(units.y.label))
+        x_label = typeset(units.x.label) if lowest else ""
+        axes.set(xlabel=x_label, ylabel=typeset(units.y.label))
         if titles:
             axes.set_title(label)
     return meshes
@@ -331,23 +355,27 @@ MAPS: Final = ("pressure", "shear", "slip")
 
 def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> None:
     """Tractions with the limits ±μ_i·p of shear, and slips; nodes that slipped since the moment before are marked."""
-    x, limit, slipped, units = moment.x, moment.limit, moment.slipped, shown.units
+    x, units = moment.x, shown.units
+    limit, slipped = moment.limit, moment.slipped
     line: dict[str, Any] = {"marker": ".", "markersize": 2.0}
     mark: dict[str, Any] = {"color": MARK, "markersize": 2.5, "label": "slipped since the picture before"}
-    upper.fill_between(x, -limit, limit, color=SHEAR, alpha=0.15, linewidth=0.0, label=typeset("±μ_i·p"))
+    band: dict[str, Any] = {"color": SHEAR, "alpha": 0.15, "linewidth": 0.0}
+    upper.fill_between(x, -limit, limit, label=typeset("±μ_i·p"), **band)
     upper.plot(x, moment.pressure, color=PRESSURE, label="pressure p", **line)
     upper.plot(x, moment.shear, color=SHEAR, label="shear q", **line)
-    lower.plot(x, moment.slip, color=PRESSURE, **line)
     for axes, values in ((upper, moment.shear), (lower, moment.slip)):
         axes.plot(x[slipped], values[slipped], "v", **mark)
         axes.set_xlim(_span(shown))
-    upper.set(title=f"{shown.counted} {moment.event}", ylabel=typeset(units.traction.label), xticklabels=[])
+    title = f"{shown.counted} {moment.event}"
+    upper.set(title=title, ylabel=typeset(units.traction.label), xticklabels=[])
+    # Axes of all pictures have the same range, so that contacts can be compared by eye.
     tractions: list[NDArray[np.float64]] = []
     for other in shown.moments:
         tractions += [other.pressure, other.shear, other.limit, -other.limit]
     upper.set_ylim(_range(tractions))
     lower.set_ylim(_range(other.slip for other in shown.moments))
-    lower.set(xlabel=typeset(units.x.label), ylabel=typeset(units.slip.label))
+    along, upward = typeset(units.x.label), typeset(units.slip.label)
+    lower.set(xlabel=along, ylabel=upward)
     lower.ticklabel_format(axis="y", scilimits=(-2, 4))
 
 
@@ -355,11 +383,13 @@ def _draw_record(axes: Any, shown: Moments, marked: tuple[Moment, ...]) -> None:
     moved, friction = shown.units.displacement, shown.units.friction
     shown.record.plot(axes)
     line = axes.lines[0]
-    x, y = moved.factor * line.get_xdata(), friction.factor * line.get_ydata()
+    x = moved.factor * line.get_xdata()
+    y = friction.factor * line.get_ydata()
     line.set(xdata=x, ydata=y, color=COLORS[-1])
     axes.relim()
     axes.autoscale_view()
-    axes.set(xlabel=typeset(moved.label), ylabel=typeset(friction.label))
+    along, upward = typeset(moved.label), typeset(friction.label)
+    axes.set(xlabel=along, ylabel=upward)
     axes.ticklabel_format(axis="x", scilimits=(-2, 4))
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # a point moves no axis
     displacements = [moment.displacement for moment in marked]
@@ -373,20 +403,24 @@ def _number_moments(axes: Any, marked: tuple[Moment, ...]) -> None:
     """Write the numbers of moments below their points, once at each place: a path turns at the same ones."""
     groups: dict[str, list[Moment]] = {}
     for moment in marked:
+        # To six digits, as the same turn of a later cycle may differ by rounding.
         groups.setdefault(f"{moment.displacement:.6g}", []).append(moment)
     for moments in groups.values():
         text = ", ".join(str(moment.event) for moment in moments)
         place = moments[0].displacement, moments[0].friction
-        axes.annotate(text, place, (3, -8), textcoords="offset points", fontsize=6.0)
+        below = (3, -8)  # in points, so that the number is clear of its point at any scale
+        axes.annotate(text, place, below, textcoords="offset points", fontsize=6.0)
 
 
 def _span(shown: Moments, across: bool = False) -> tuple[float, float]:
     """The part of the surface, along or across the drag, that is ever in contact, and a little on either side."""
     places = [moment.y if across else moment.x for moment in shown.moments]
     masks = [moment.pressure > 0.0 for moment in shown.moments]
-    touching = np.concatenate([place[mask] for place, mask in zip(places, masks, strict=True)])
+    pairs = zip(places, masks, strict=True)
+    touching = np.concatenate([place[mask] for place, mask in pairs])
     first, last = touching.min(), touching.max()
-    spacing = float(np.diff(np.unique(places[0])).min())
+    steps = np.diff(np.unique(places[0]))
+    spacing = float(steps.min())
     margin = 0.1 * (last - first) + 2.0 * spacing
     return float(first - margin), float(last + margin)
 
@@ -394,7 +428,9 @@ def _span(shown: Moments, across: bool = False) -> tuple[float, float]:
 def _range(parts: Iterable[NDArray[np.float64]]) -> tuple[float, float]:
     """Room for all of these arrays."""
     values = np.concatenate(list(parts))
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    low = float(np.nanmin(values))
+    high = float(np.nanmax(values))
+    # Without a margin an axis of equal numbers would have no length.
     margin = 0.05 * (high - low) or 1.0
     return low - margin, high + margin
 
@@ -423,9 +459,11 @@ def frames(
     True
     """
     wanted = parse_events(events) if isinstance(events, str) else tuple(sorted(set(events)))
+    # A wrong suffix is refused before minutes of computation, not after them.
     suffix = _suffix(Path(path), len(wanted))
     shown = event_moments(case, wanted, scales)
-    content = _film(shown, suffix) if suffix in FILMS else image(strip(shown), suffix)
+    is_film = suffix in FILMS
+    content = _film(shown, suffix) if is_film else image(strip(shown), suffix)
     write_files({Path(path): content})
     return shown
 
@@ -445,6 +483,7 @@ def _film(shown: Moments, suffix: str) -> bytes:
     writer = FILMS[suffix](fps=FRAMES_PER_SECOND)
     with TemporaryDirectory() as folder, column(3.0, 6.0) as figure:
         get_registered_canvas_class("png")(figure)
+        # The writer of MP4 hands a path to ffmpeg: the film is a file first, and only a whole one gets its place.
         film = Path(folder) / f"film.{suffix}"
         with writer.saving(figure, str(film), FILM_RESOLUTION):
             for moment in shown.moments:

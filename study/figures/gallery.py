@@ -19,7 +19,9 @@ from nanoslip.study.shipped import campaign_files
 @cache
 def list_shipped_figures() -> dict[str, CampaignFigure]:
     """Name -> each figure of the campaigns that come with nanoslip: the paper's by their numbers, then the others."""
-    figures = [figure for name, path in campaign_files().items() for figure in script_figures(path, name)]
+    figures: list[CampaignFigure] = []
+    for name, path in campaign_files().items():
+        figures += script_figures(path, name)
     return {figure.name: figure for figure in sorted(figures, key=_number)}
 
 
@@ -32,7 +34,8 @@ def script_figures(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]
     if not script.is_file():
         return ()
     try:
-        figures = [value for value in execute_script(script).values() if isinstance(value, CampaignFigure)]
+        values = execute_script(script).values()
+        figures = [value for value in values if isinstance(value, CampaignFigure)]
     except Exception as error:
         raise StoreError(f"{script}: cannot be run: {type(error).__name__}: {error}") from error
     if not figures:
@@ -43,7 +46,8 @@ def script_figures(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]
 def execute_script(script: Path) -> dict[str, Any]:
     """Names that a script defines. Its imports of neighbours are private, as other folders may have files of the same names."""
     neighbours = {path.stem for path in script.parent.glob("*.py")}
-    others = {name: sys.modules.pop(name) for name in neighbours & sys.modules.keys()}
+    loaded = neighbours & sys.modules.keys()
+    others = {name: sys.modules.pop(name) for name in loaded}
     sys.path.insert(0, str(script.parent))
     try:
         return runpy.run_path(str(script))
@@ -70,6 +74,7 @@ def figure_paths(figure: CampaignFigure, dataset: xr.Dataset, root: Path, format
     formats: of nanoslip.study.figures.shared.FORMATS.
     """
     folder, drawn = place(figure, root), figure.draw(dataset)
+    # Pictures come first: nobody finds a page whose pictures are missing, if writing fails between them.
     files = {folder / f"{figure.name}.{form}": image(drawn, form) for form in formats}
     return files | {folder / f"{figure.name}.md": _page(figure, dataset).encode()}
 

@@ -27,17 +27,20 @@ LETTERS: Final = 3
 
 
 def variable_description(name: str, dataset: xr.Dataset | None = None) -> variables.Described:
-    """Declaration of a variable, or of one's own number in a dataset; only its name without one."""
+    """Declaration of a variable, or of a user's number in a dataset; an undeclared variable has only its name."""
     if name in variables.variables_by_name():
         return variables.variables_by_name()[name]
     if dataset is not None and name in variables.own_numbers(dataset):
         return variables.describe_own_number(dataset, name)
-    return variables.Described(name, "", "", "1", "", name, "", "", "", ())
+    return variables.Described(name, "", "", "1", "", name, "", "", "", ())  # the name alone, a pure number
 
 
 def symbol(name: str) -> str:
     """Symbol of a variable, else its name in words."""
-    return variable_description(name).symbol or (name if len(name) <= LETTERS else name.replace("_", " "))
+    own_symbol = variable_description(name).symbol
+    if own_symbol:
+        return own_symbol
+    return name if len(name) <= LETTERS else name.replace("_", " ")
 
 
 def label(name: str, over: str = "", dataset: xr.Dataset | None = None) -> str:
@@ -81,6 +84,7 @@ SYMBOL: Final = re.compile(r"\b([^\W_])_([^\W_]{1,2})\b")
 
 def typeset(text: str) -> str:
     """Text with the subscripts of its symbols lowered, in matplotlib's notation."""
+    # A dollar sign of a name would begin a formula.
     return SYMBOL.sub(r"$\1_{\2}$", text.replace("$", r"\$"))
 
 
@@ -93,10 +97,13 @@ def format_value(value: Any) -> str:
     """A value of a coordinate, as short as it can be: 0.25, 200, 3e4."""
     if not isinstance(value, float) or not math.isfinite(value):
         return str(value)
-    plain = f"{value:.6g}".replace("e+0", "e").replace("e-0", "e-").replace("e+", "e")
+    plain = f"{value:.6g}".replace("e+0", "e").replace("e-0", "e-")
+    plain = plain.replace("e+", "e")
     digits, _, exponent = f"{value:.5e}".partition("e")
     powers = f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"
-    shorter = len(powers) < len(plain) and abs(int(exponent)) > 3
+    # Up to thousands people read digits more easily, even if there are more of them.
+    has_large_exponent = abs(int(exponent)) > 3
+    shorter = len(powers) < len(plain) and has_large_exponent
     return powers if shorter else plain
 
 
@@ -180,7 +187,9 @@ class Points:
     @property
     def there(self) -> NDArray[np.bool_]:
         """Mask of the points that have a value."""
-        return np.asarray(self.values != "") if self.text else np.isfinite(self.values)
+        if self.text:
+            return np.asarray(self.values != "")
+        return np.asarray(np.isfinite(self.values))
 
     @property
     def flagged(self) -> NDArray[np.bool_]:
@@ -236,21 +245,29 @@ def read_points(dataset: xr.Dataset, name: str, over: str = "", where: Selection
     rows = longest_rows(dataset, (name, over), where)
     number = _ratio(rows, name, over) if over else _number(rows, name)
     axes = differing_axes(rows)
+    # Nothing states which part of a ratio's error members share.
     shared = "" if over else f"{name}{SHARED_ERROR}"
     members, lacking = _member_counts(dataset, rows, name)
+    # The border is drawn on maps of regimes only.
     critical = CRITICAL if name == "regime" else ""
+    values = number.values
+    has_words = values.dtype.kind == "O"
+    shares = _word_shares(rows, name) if has_words else np.ones(len(rows))
+    shared_errors = _floats(rows, shared, 0.0)
+    flags = _floats(rows, variables.VALIDITY.name, 0.0)
+    zipped = tuple(axis for axis in axes_in_step(dataset) if axis in axes)
     return Points(
         name=f"{name}/{over}" if over else name,
         label=label(name, over, dataset),
-        values=number.values,
+        values=values,
         errors=number.errors,
-        shared=np.nan_to_num(_floats(rows, shared, 0.0)),
+        shared=np.nan_to_num(shared_errors),
         axes=axes,
-        flags=_floats(rows, variables.VALIDITY.name, 0.0).astype(np.int64),
+        flags=flags.astype(np.int64),
         members=members,
-        shares=_word_shares(rows, name) if number.values.dtype.kind == "O" else np.ones(len(rows)),
+        shares=shares,
         lacking=lacking,
-        zipped=tuple(axis for axis in axes_in_step(dataset) if axis in axes),
+        zipped=zipped,
         stated=number.stated,
         critical_velocity=_floats(rows, critical, np.nan),
         sources=(name, over) if over else (name,),
@@ -260,7 +277,8 @@ def read_points(dataset: xr.Dataset, name: str, over: str = "", where: Selection
 
 def longest_rows(dataset: xr.Dataset, names: Iterable[str], where: Selection) -> CaseRows:
     """The selected rows of all variables with these names, of cases at least."""
-    candidates = filter(None, (*names, variables.OUTCOMES[""].ending.name))
+    ending = variables.OUTCOMES[""].ending.name
+    candidates = filter(None, (*names, ending))
     longest = max(candidates, key=lambda name: dataset[name].ndim)
     return select_rows(dataset, longest, where)
 
@@ -280,19 +298,22 @@ def _member_counts(dataset: xr.Dataset, rows: CaseRows, name: str) -> tuple[NDAr
     """Number of members in each mean, -1 of a value that is no mean, and a mask of means that lack some members."""
     counts = variables.member_count_text(dataset, name)
     if not counts:
-        return np.full(len(rows), -1), np.zeros(len(rows), np.bool_)
-    members, ensemble = (np.asarray(np.nan_to_num(rows.values(count)), np.int64) for count in counts)
+        no_mean = np.full(len(rows), -1)
+        return no_mean, np.zeros(len(rows), np.bool_)
+    columns = [np.nan_to_num(rows.values(count)) for count in counts]
+    members, ensemble = (np.asarray(column, np.int64) for column in columns)
     return members, (members > 0) & (members < ensemble)
 
 
 def _word_shares(rows: CaseRows, name: str) -> Floats:
     """Share of the members with the most frequent word of each row."""
-    counts = [list(tally.values()) for tally in rows.tallies(name)]
-    return np.array([max(count) / sum(count) for count in counts])
+    tallies = [list(tally.values()) for tally in rows.tallies(name)]
+    shares = [max(counts) / sum(counts) for counts in tallies]
+    return np.array(shares)
 
 
 class _Numbers(NamedTuple):
-    """A number of each row, or texts; NaN where there is none."""
+    """A number of each row, NaN if missing; or texts."""
 
     values: NDArray[Any]
     errors: Floats
@@ -302,16 +323,21 @@ class _Numbers(NamedTuple):
     @property
     def relative_errors(self) -> Floats:
         """Uncertainties over the numbers; 0 of numbers without, which count as exact."""
-        return np.asarray(self.errors / self.values if self.stated else 0.0 * self.values)
+        if self.stated:
+            return np.asarray(self.errors / self.values)
+        return np.asarray(0.0 * self.values)
 
 
 def _number(rows: CaseRows, name: str) -> _Numbers:
     """A variable, its uncertainty (NaN if missing), and whether such numbers have an uncertainty; or texts."""
-    values, uncertainty = rows.values(name), variable_description(name, rows.root).uncertainty
+    values = rows.values(name)
+    uncertainty = variable_description(name, rows.root).uncertainty
     if values.dtype.kind in "OUTS":
-        return _Numbers(values.astype(object), np.full(len(rows), np.nan), False)
+        unknown = np.full(len(rows), np.nan)
+        return _Numbers(values.astype(object), unknown, False)
     errors = _floats(rows, uncertainty, np.nan)
-    return _Numbers(_finite(values.astype(float)), errors, uncertainty in rows.root)
+    numbers = _finite(values.astype(float))
+    return _Numbers(numbers, errors, uncertainty in rows.root)
 
 
 def _finite(numbers: Floats) -> Floats:
@@ -340,7 +366,8 @@ def _ratio(rows: CaseRows, above: str, below: str) -> _Numbers:
 
 def differing_axes(rows: CaseRows) -> dict[str, NDArray[Any]]:
     """The coordinates in which rows differ; numbers that some lack, or that are infinite, become texts."""
-    return {name: _axis_values(values) for name, values in rows.differing().items()}
+    axes = rows.differing().items()
+    return {name: _axis_values(values) for name, values in axes}
 
 
 def sort_values(values: Iterable[Any]) -> list[Any]:
@@ -348,6 +375,7 @@ def sort_values(values: Iterable[Any]) -> list[Any]:
     distinct = list(dict.fromkeys(values))
     lacking = [value for value in distinct if value == LACKING]
     numbers = [value for value in distinct if value != LACKING]
+    # Texts may be numbers, as along an axis that some cases lack: they sort as numbers.
     try:
         return sorted(numbers, key=float) + lacking
     except ValueError:
@@ -366,7 +394,8 @@ def _axis_values(values: NDArray[Any]) -> NDArray[Any]:
         return values.astype(object) if values.dtype.kind in "UTS" else values
     if np.isfinite(values).all():
         return values
-    texts = np.array([format_value(value) for value in values.tolist()], dtype=object)
+    words = [format_value(value) for value in values.tolist()]
+    texts = np.array(words, dtype=object)
     texts[np.isnan(values)] = LACKING
     return texts
 
@@ -400,7 +429,8 @@ def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = Mapp
 
     where: values of coordinates that cases have: one, several, or a text of them, as `50,100`.
     """
-    selection = {find_variable(dataset, key): _values(given) for key, given in where.items()}
+    selection = {find_variable(dataset, key): _values(chosen) for key, chosen in where.items()}
+    # A name of the dataset may have a slash itself, so the word as a whole comes first, then each way to divide it.
     slashes = [match.start() for match in re.finditer("/", word)]
     ratios = [(word[:slash], word[slash + 1 :]) for slash in slashes]
     for above, below in ((word, ""), *ratios):
@@ -420,19 +450,24 @@ def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = Mapp
 
 def _twins_in_si(dataset: xr.Dataset) -> dict[str, str]:
     """Coordinate -> the same in SI, where a dataset has it."""
-    return {name: twin.name for name, twin in variables.si_coordinates().items() if twin.name in dataset}
+    twins = variables.si_coordinates().items()
+    return {name: twin.name for name, twin in twins if twin.name in dataset}
 
 
 def convert_axes_to_si(points: Points, dataset: xr.Dataset, words: Collection[str]) -> Points:
     """Points over coordinates in SI in place of scaled coordinates, for coordinates in SI whose names are among
     `words`."""
-    twins = {name: twin for name, twin in _twins_in_si(dataset).items() if twin in words}
+    twins_in_si = _twins_in_si(dataset).items()
+    twins = {name: twin for name, twin in twins_in_si if twin in words}
     axes = {}
     for name, values in points.axes.items():
         twin = twins.get(name, name)
-        pairs = zip(dataset[name].values.ravel().tolist(), dataset[twin].values.ravel().tolist(), strict=True)
-        sizes = dict(pairs)
-        axes[twin] = np.array([sizes.get(value, value) for value in values.tolist()], values.dtype)
+        # Sizes are looked up, not computed: they are then the same floats that the dataset has.
+        scaled = dataset[name].values.ravel()
+        in_si = dataset[twin].values.ravel()
+        sizes = dict(zip(scaled.tolist(), in_si.tolist(), strict=True))
+        converted = [sizes.get(value, value) for value in values.tolist()]
+        axes[twin] = np.array(converted, values.dtype)
     zipped = tuple(twins.get(name, name) for name in points.zipped)
     return replace(points, axes=axes, zipped=zipped)
 
@@ -442,11 +477,13 @@ def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     axes = variables.find_variables(list(points.axes), word)
     if len(axes) == 1:
         return axes[0]
-    count = len(variables.find_variables(list(map(str, dataset.variables)), word))
+    names_of_all = list(map(str, dataset.variables))
+    count = len(variables.find_variables(names_of_all, word))
     alike = f"cases do not differ in {'it' if count == 1 else 'what is called so'}"
     wrong = alike if count else "no variable of this dataset"
     twins = _twins_in_si(dataset)
-    names = [name for axis in points.axes for name in (axis, twins.get(axis)) if name]
+    axes_and_twins = [(axis, twins.get(axis)) for axis in points.axes]
+    names = [name for pair in axes_and_twins for name in pair if name]
     differing = ", ".join(map(_name_and_symbol, names))
     raise UnknownNameError(f"{word}: {wrong}; they differ in {differing or 'nothing'}")
 
@@ -456,6 +493,6 @@ def _name_and_symbol(name: str) -> str:
     return f"{name} ({symbol_and_unit(name)})" if variable_description(name).symbol else name
 
 
-def _values(given: Any) -> Any:
+def _values(chosen: Any) -> Any:
     """Values of a coordinate, from a text of them or as they are."""
-    return given.split(",") if isinstance(given, str) else given
+    return chosen.split(",") if isinstance(chosen, str) else chosen

@@ -36,7 +36,8 @@ class Roles:
 def axis_sizes(points: Points) -> dict[str, int]:
     """Coordinate -> its number of values; numbers first, then by falling number."""
     counts = {name: len(set(values.tolist())) for name, values in points.axes.items()}
-    names = sorted(counts, key=lambda name: (points.axes[name].dtype.kind in "OUb", -counts[name]))
+    is_text = {name: values.dtype.kind in "OUb" for name, values in points.axes.items()}
+    names = sorted(counts, key=lambda name: (is_text[name], -counts[name]))
     return {name: counts[name] for name in names}
 
 
@@ -45,9 +46,11 @@ def merge_zipped(points: Points, chosen: Collection[str] = ()) -> tuple[Points, 
 
     chosen: coordinates of which one is taken before others.
     """
-    rows = zip(*(points.axes[name].tolist() for name in points.zipped), strict=True)
-    cases = len(set(rows))
-    telling = [name for name, count in axis_sizes(points).items() if name in points.zipped and count == cases]
+    columns = [points.axes[name].tolist() for name in points.zipped]
+    cases = len(set(zip(*columns, strict=True)))
+    counts = axis_sizes(points)
+    # Only a coordinate with as many values as there are cases can label all of them alone.
+    telling = [name for name in counts if name in points.zipped and counts[name] == cases]
     wanted = [name for name in chosen if name in points.zipped] or telling[:1]
     if len(points.zipped) < 2 or len(wanted) != 1 or wanted[0] not in telling:
         return points, ""
@@ -59,7 +62,8 @@ def merge_zipped(points: Points, chosen: Collection[str] = ()) -> tuple[Points, 
 def is_scattered(points: Points) -> bool:
     """True if the cases fill so little of the product of their coordinates that there are no lines to draw."""
     counts = axis_sizes(points)
-    return len(counts) > 1 and len(points.values) < FILLED * math.prod(counts.values())
+    product = math.prod(counts.values())
+    return len(counts) > 1 and len(points.values) < FILLED * product
 
 
 def assign_roles(points: Points, x: str = "", hue: str = "") -> Roles:
@@ -79,12 +83,14 @@ def assign_roles(points: Points, x: str = "", hue: str = "") -> Roles:
         hue = others.pop(0)
     panels: list[str] = []
     held: dict[str, Any] = {}
+    # The axes come by falling number of values, so those with few, which come last, get the panels.
     for name in others:
         count = math.prod(counts[axis] for axis in (*panels, name))
         if count <= MOST_PANELS:
             panels.append(name)
         else:
             values = axis_values(points, name)
+            # The value in the middle, as an end of a range is often a limiting case.
             held[name] = values[len(values) // 2]
     mapped = bool(hue) and (points.text or counts[hue] > MOST_HUES)
     return Roles(x, hue, tuple(panels), held, mapped)
@@ -127,7 +133,8 @@ def begins_with_zero(values: NDArray[Any]) -> bool:
     """True if numbers are 0 and positive, and the smallest positive number would coincide with 0 on a linear
     scale."""
     numbers = np.unique(values[np.isfinite(values)])
-    return len(numbers) > 2 and numbers[0] == 0.0 and bool(numbers[-1] > CLOSE * numbers[1])
+    begins = len(numbers) > 2 and numbers[0] == 0.0
+    return begins and bool(numbers[-1] > CLOSE * numbers[1])
 
 
 def axis_positions(points: Points, name: str, chosen: Points) -> NDArray[Any]:
@@ -136,18 +143,22 @@ def axis_positions(points: Points, name: str, chosen: Points) -> NDArray[Any]:
     if values.dtype.kind not in "Ob":
         return values
     order = axis_values(points, name)
-    return np.array([order.index(value) for value in values.tolist()], dtype=float)
+    places = [order.index(value) for value in values.tolist()]
+    return np.array(places, dtype=float)
 
 
 def set_axis(axis: Any, points: Points, name: str) -> None:
     """Scale and ticks of an axis (matplotlib's) along which a coordinate runs."""
     values = axis_values(points, name)
     if points.axes[name].dtype.kind in "Ob":
-        axis.set_ticks(range(len(values)), list(map(format_in_figure, values)))
+        names = list(map(format_in_figure, values))
+        axis.set_ticks(range(len(values)), names)
         return
     if begins_with_zero(points.axes[name]):
         least, most = values[1], values[-1]
+        # The linear part gets a decade, or its share among the values if these span more.
         room = max(math.log10(most / least) / len(values), 1.0)
+        # Axes.set_xscale and set_yscale are two methods; this one serves either axis.
         axis._set_axes_scale("symlog", linthresh=least, linscale=room)
     elif is_logarithmic(points.axes[name]):
         axis._set_axes_scale("log")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import cycle
-from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -49,15 +48,18 @@ HEADER: Final = ("", "paper", "found", "remark")
 
 def claim_rows(claims: Iterable[Sequence[str]], header: Sequence[str] = HEADER) -> list[tuple[str, ...]]:
     """The header and the rows of claims, without columns that are empty."""
-    columns = zip(header, *claims, strict=True)
-    kept = (column for number, column in enumerate(columns) if number == 0 or any(column[1:]))
+    columns = list(zip(header, *claims, strict=True))
+    # The first column has the meanings, whose title is empty.
+    first, *others = columns
+    kept = [first, *(column for column in others if any(column[1:]))]
     return list(zip(*kept, strict=True))
 
 
 def table(claims: Iterable[Sequence[str]], header: Sequence[str] = HEADER) -> str:
     """Claims as a Markdown table, without columns that are empty."""
     head, *body = claim_rows(claims, header)
-    return "\n".join(map(_table_line, [head, ("---",) * len(head), *body]))
+    rule = ("---",) * len(head)
+    return "\n".join(map(_table_line, [head, rule, *body]))
 
 
 def _table_line(cells: Sequence[str]) -> str:
@@ -82,30 +84,38 @@ def start_mean(values: Any) -> Number:
 def average(numbers: Sequence[Number]) -> Number:
     """The mean of independent numbers."""
     values, errors = np.array(numbers).T
-    return Number(float(values.mean()), float(np.hypot.reduce(errors)) / len(numbers))
+    # Independent errors add in squares.
+    error = float(np.hypot.reduce(errors)) / len(numbers)
+    return Number(float(values.mean()), error)
 
 
 def start_statistics(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0) -> str:
     """Mean, standard deviation and range of a number over the starts (any shape) of an ensemble; NaN do not count."""
-    found = scale * values[np.isfinite(values)]
-    if not len(found):
+    known = scale * values[np.isfinite(values)]
+    if not len(known):
         return "in no start"
-    low, high = found.min(), found.max()
+    low, high = known.min(), known.max()
     if low == high:
-        return f"{low:.{digits}g} from every start" if len(found) > 1 else f"{low:.{digits}g}"
-    mean, deviation = round_with_error(found.mean(), found.std(ddof=1))
+        return f"{low:.{digits}g} from every start" if len(known) > 1 else f"{low:.{digits}g}"
+    mean, deviation = round_with_error(known.mean(), known.std(ddof=1))
     return f"{mean} (s.d. {deviation}, {low:.{digits}g} to {high:.{digits}g})"
 
 
 def exponent(at: Any, values: Any, errors: Any) -> tuple[float, float]:
     """Fit the exponent of a power law, and its ±; each value is weighted by its relative ±."""
-    x, y, weight = np.log(at), np.log(values), (values / errors) ** 2
-    x0, y0 = (weight @ x) / weight.sum(), (weight @ y) / weight.sum()
+    x, y = np.log(at), np.log(values)
+    # The ± of a logarithm is the relative ±.
+    weight = (values / errors) ** 2
+    total = weight.sum()
+    x0, y0 = (weight @ x) / total, (weight @ y) / total
     square = weight @ (x - x0) ** 2
-    slope = float(weight @ ((x - x0) * (y - y0)) / square)
+    product = weight @ ((x - x0) * (y - y0))
+    slope = float(product / square)
     residuals = y - y0 - slope * (x - x0)
     scatter = float(weight @ residuals**2) / (len(x) - 2)
-    return slope, float(student(len(x) - 1) * np.sqrt(max(scatter, 1.0) / square))
+    # A scatter below 1 is luck: the ± of the values is known, and the slope is no better than they allow.
+    error = np.sqrt(max(scatter, 1.0) / square)
+    return slope, float(student(len(x) - 1) * error)
 
 
 # A drawing surface at the width of a journal's column, and its files: the same dataset gives the same bytes.
@@ -141,11 +151,14 @@ FIGURE_SETTINGS: Final[dict[Any, Any]] = {
     "axes.grid": True,
     "grid.alpha": 0.25,
     "grid.linewidth": 0.4,
+    # TrueType: journals refuse matplotlib's Type 3 fonts, and text stays text.
     "pdf.fonttype": 42,
+    # Otherwise names of clipping paths in an SVG are random.
     "svg.hashsalt": "nanoslip",
 }
 """Settings of matplotlib for figures. One that the user has changed (matplotlibrc, a style sheet, `rcParams`) stays as it is."""
 _FORMATS: Final[dict[str, dict[str, Any]]] = {
+    # Matplotlib writes the time and its version: without them equal numbers give equal bytes.
     "pdf": {"metadata": {"CreationDate": None, "Producer": None, "Creator": "nanoslip"}},
     "svg": {"metadata": {"Date": None, "Creator": "nanoslip"}},
     "png": {"metadata": {"Software": None}, "dpi": 200},
@@ -157,13 +170,15 @@ def file_format(path: Path, allowed: Sequence[str] = FORMATS) -> str:
     """Format by the ending of a file's name, in small or large letters. Raises InvalidInput."""
     form = path.suffix.removeprefix(".").lower()
     if form not in allowed:
-        raise InvalidInput(f"{path}: needs a name that ends in {', '.join(f'.{each}' for each in allowed)}")
+        endings = ", ".join(f".{suffix}" for suffix in allowed)
+        raise InvalidInput(f"{path}: needs a name that ends in {endings}")
     return form
 
 
 def look() -> dict[Any, Any]:
     """The settings of `FIGURE_SETTINGS` that the user has left at matplotlib's own."""
-    return {name: value for name, value in FIGURE_SETTINGS.items() if mpl.rcParams[name] == mpl.rcParamsDefault[name]}
+    defaults = mpl.rcParamsDefault
+    return {name: value for name, value in FIGURE_SETTINGS.items() if mpl.rcParams[name] == defaults[name]}
 
 
 @contextmanager
@@ -200,7 +215,8 @@ def series_style(number: int, **look: Any) -> dict[str, Any]:
 
 def series_styles() -> Iterator[dict[str, Any]]:
     """Colour, marker and dashes of successive series, without end; the user's property cycle has precedence."""
-    ours = ({"marker": marker, "linestyle": dashes} for marker, dashes in zip(MARKERS, DASHES, strict=True))
+    looks = zip(MARKERS, DASHES, strict=True)
+    ours = ({"marker": marker, "linestyle": dashes} for marker, dashes in looks)
     theirs = mpl.rcParams["axes.prop_cycle"]
     pairs = zip(cycle(ours), cycle(theirs), strict=False)
     return ({**first, **then} for first, then in pairs)
@@ -210,7 +226,8 @@ def legend(figure: Figure, **look: Any) -> bool:
     """One legend for all axes, above them; whether anything has a name. look: settings of matplotlib's legend."""
     handles, names = figure.axes[0].get_legend_handles_labels()
     if handles:
-        figure.legend(handles, names, **{"loc": "outside upper center", "ncols": min(len(names), 6), **look})
+        defaults = {"loc": "outside upper center", "ncols": min(len(names), 6)}
+        figure.legend(handles, names, **{**defaults, **look})
     return bool(handles)
 
 
@@ -222,6 +239,7 @@ def image(figure: Figure, form: str) -> bytes:
         figure.dpi = settings.get("dpi", dpi)
         # Matplotlib's savefig would draw all of it first, for its layout alone.
         getattr(canvas, f"print_{form}")(buffer, metadata=settings["metadata"])
+    # A window may show the same figure: it keeps its resolution.
     figure.dpi = dpi
     return buffer.getvalue()
 
@@ -230,8 +248,12 @@ def edges(places: NDArray[np.float64], axis: Any) -> NDArray[np.float64]:
     """(n + 1,) ends of n tiles: halfway between neighbours on the scale of their axis (matplotlib's)."""
     scale = axis.get_transform()
     middles = scale.transform(np.asarray(places, float))
-    steps = np.diff(middles) if len(middles) > 1 else np.ones(1)
-    before, after = middles[0] - steps[0], middles[-1] + steps[-1]
+    steps = np.ones(1)
+    if len(middles) > 1:
+        steps = np.diff(middles)
+    # Beyond the ends the steps go on as next to them.
+    before = middles[0] - steps[0]
+    after = middles[-1] + steps[-1]
     places_and_neighbours = np.concatenate(([before], middles, [after]))
     halfway = 0.5 * (places_and_neighbours[1:] + places_and_neighbours[:-1])
     return np.asarray(scale.inverted().transform(halfway))
@@ -284,8 +306,9 @@ class Sort:
 
 def format_csv(columns: DrawnColumns) -> str:
     """Columns as CSV with a line of names; numbers have nine digits, missing ones are empty."""
-    cells = [map(_cell, np.asarray(values).tolist()) for values in columns.values()]
-    return rows_as_csv(itertools.chain([columns], zip(*cells, strict=True)))
+    columns_as_text = [map(_cell, np.asarray(values).tolist()) for values in columns.values()]
+    rows = zip(*columns_as_text, strict=True)
+    return rows_as_csv(itertools.chain([columns], rows))
 
 
 def _cell(value: object) -> object:
@@ -305,17 +328,20 @@ def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
     """
     if len(places) <= most:
         return list(range(len(places)))
-    columns: list[Sequence[Any]] = [list(map(itemgetter(name), places)) for name in places[0]]
+    columns: list[Sequence[Any]] = [[place[name] for place in places] for name in places[0]]
     if not columns:
         columns = [range(len(places))]
     shares = np.array([_axis_shares(values, most) for values in columns])
     parts = shares.astype(np.int64)
     distance = np.abs(shares % 1.0 - 0.5).sum(axis=0)
-    cost, taken = np.zeros(len(places)), np.zeros(len(places), np.bool_)
+    cost = np.zeros(len(places))
+    taken = np.zeros(len(places), np.bool_)
     for _ in range(most):
+        # The last key comes first: a place is taken once.
         best = np.lexsort((distance, cost, taken))[0]
         taken[best] = True
-        cost += 2.0 ** (parts == parts[:, best, None]).sum(axis=0)
+        shared_parts = (parts == parts[:, best, None]).sum(axis=0)
+        cost += 2.0**shared_parts
     return np.flatnonzero(taken).tolist()
 
 
@@ -352,10 +378,12 @@ def analytic_motion(
     case: xr.Dataset, scales: Scales, time: Floats, kinetic: float, static: float, later_static: float
 ) -> ClosedForm:
     """The motion that Eq. 16-19 give at times (n,), in s from 0 on, for a case's drive with these coefficients."""
-    parameters = {name: float(case[name]) for name in ("spring_stiffness", "damping_ratio", "stage_velocity")}
+    names = ("spring_stiffness", "damping_ratio", "stage_velocity")
+    parameters = {name: float(case[name]) for name in names}
     mass, load = float(case["pin_mass"]), float(case["normal_load"])
     drive = Drive.from_si(scales, mass, duration=float(time[-1]), **parameters)
     unit = scales.time(mass)
+    # Coefficients are over the load, forces of the solver in its own unit.
     motion = stick_slip(time / unit, drive, kinetic * load, static * load, later_static * load)
     position = scales.slab_width * motion.position
     velocity = scales.slab_width / unit * motion.velocity
@@ -369,6 +397,7 @@ def best_fit_motion(case: xr.Dataset, scales: Scales | None, time: Floats) -> Cl
     kinetic, static, later = (float(case.get(name, np.nan)) for name in COEFFICIENTS)
     if not np.isfinite(kinetic + static):
         return None
+    # A single slip has no later one to fit: the pin sticks again as it did before.
     if np.isnan(later):
         later = static
     return analytic_motion(case, scales, time, kinetic, static, later)

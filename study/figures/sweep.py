@@ -54,10 +54,14 @@ def make_panels(points: Points, roles: Roles) -> tuple[list[dict[str, Any]], int
     """The coordinates of each panel, and how many panels a row has: of several coordinates one runs along the rows."""
     values = {name: axis_values(points, name) for name in roles.panels}
     counts = {name: len(values[name]) for name in roles.panels}
-    names = sorted(counts, key=lambda name: counts[name] if counts[name] <= MOST_COLUMNS else 0)
+    # The rows run along the coordinate with most values that still fit side by side, so that a column is one value.
+    fitting = {name: count if count <= MOST_COLUMNS else 0 for name, count in counts.items()}
+    names = sorted(counts, key=fitting.__getitem__)
     combinations = itertools.product(*(values[name] for name in names))
     panels = [dict(zip(names, combination, strict=True)) for combination in combinations]
-    columns = counts[names[-1]] if len(names) > 1 else panel_columns(len(panels))
+    columns = panel_columns(len(panels))
+    if len(names) > 1:
+        columns = counts[names[-1]]
     return panels, columns
 
 
@@ -74,10 +78,12 @@ def arrange_panels(figure: Figure, count: int, columns: int, **shared: Any) -> l
     width = WIDTH if columns < 3 else 1.5 * WIDTH
     height = 2.5 if rows == 1 else 0.6 + 1.8 * rows
     figure.set_size_inches(width, height)
-    grid = figure.subplots(rows, columns, squeeze=False, **shared).ravel().tolist()
+    axes = figure.subplots(rows, columns, squeeze=False, **shared)
+    grid = axes.ravel().tolist()
     panels, spares = grid[:count], grid[count:]
     for spare in spares:
         spare.set_visible(False)
+    # Shared axes hide the labels of all rows but the last, which may be shorter than the others.
     for lowest in panels[-columns:]:
         lowest.tick_params(labelbottom=True)
     return list(panels)
@@ -99,6 +105,7 @@ def draw_over_axes(points: Points, roles: Roles, make: Callable[..., Figure] = F
         if roles.mapped and points.text:
             _legend_of_tiles(figure, distinct_words(points))
         elif roles.mapped:
+            # Colours of all panels have one scale, so one bar serves for all.
             figure.colorbar(mesh, ax=grid, label=typeset(points.label))
         else:
             title = typeset(symbol_and_unit(roles.hue)) if roles.hue else ""
@@ -111,10 +118,12 @@ def draw_scattered(points: Points, make: Callable[..., Figure] = Figure) -> Figu
     """One panel for each coordinate, each with all points: of a design that is no product."""
     names = list(axis_sizes(points))
     with column(width=WIDTH, make=make) as figure:
-        panels = arrange_panels(figure, len(names), panel_columns(len(names)), sharey=True)
+        columns = panel_columns(len(names))
+        panels = arrange_panels(figure, len(names), columns, sharey=True)
         for axes, name in zip(panels, names, strict=True):
             x = axis_positions(points, name, points)
             steps = np.diff(x)
+            # Points that are not in the order of this coordinate would be joined to a tangle.
             one_way = bool((steps > 0).all() or (steps < 0).all())
             style = next(series_styles())
             _draw_series(axes, points, points, x, style, line=one_way)
@@ -129,7 +138,8 @@ def _draw_lines(axes: Any, points: Points, here: Points, roles: Roles) -> None:
     line = points.axes[roles.x].dtype.kind not in "Ob"
     hues: list[dict[str, Any]] = [{}]
     if roles.hue:
-        hues = [{roles.hue: value} for value in axis_values(points, roles.hue)]
+        values = axis_values(points, roles.hue)
+        hues = [{roles.hue: value} for value in values]
     for style, hue in zip(series_styles(), hues, strict=False):
         series = select_points(here, hue)
         x = axis_positions(points, roles.x, series)
@@ -145,31 +155,41 @@ def _draw_series(
     order = np.argsort(x, kind="stable")
     x, series = x[order], series.select(order)
     y = _heights(series, distinct_words(points))  # a line breaks at what is no number
-    distinct = len(set(x[series.there].tolist())) == series.there.sum()
+    places = x[series.there]
+    distinct = len(set(places.tolist())) == len(places)
     if series.text or not distinct or not line:
         style = {**style, "linestyle": ""}
     errors, ends = np.nan_to_num(series.errors), far_below(points, series)
-    lower = np.where(ends, (1.0 - SHORTEST) * np.nan_to_num(y), errors)
-    axes.plot(x[ends], SHORTEST * y[ends], "v", markersize=2.6, color=style["color"])
-    bars = axes.errorbar(x, y, (lower, errors), markersize=2.8, capsize=1.6, label=name or None, **style)
+    shortened = (1.0 - SHORTEST) * np.nan_to_num(y)
+    lower = np.where(ends, shortened, errors)
+    arrow = {"markersize": 2.6, "color": style["color"]}
+    axes.plot(x[ends], SHORTEST * y[ends], "v", **arrow)
+    look = {"markersize": 2.8, "capsize": 1.6, "label": name or None, **style}
+    bars = axes.errorbar(x, y, (lower, errors), **look)
+    # The bars of a dashed line would be dashed, too.
     for bar in bars[2]:
         bar.set_linestyle("-")
     if np.isfinite(series.closed_form).any():
-        axes.plot(x, series.closed_form, ":", linewidth=1.2, color=style["color"])
+        color = style["color"]
+        axes.plot(x, series.closed_form, ":", linewidth=1.2, color=color)
     _draw_signs(axes, series, x, y, style)
 
 
 def _draw_signs(axes: Any, series: Points, x: NDArray[Any], y: Floats, style: dict[str, Any]) -> None:
     """A white middle for values to be taken with care, a question mark for unknown errors, a cross for no value."""
     care, missing = series.flagged & series.there, ~series.there
-    axes.plot(x[care], y[care], style["marker"], markersize=2.0, color="white", zorder=5)
+    white: dict[str, Any] = {"markersize": 2.0, "color": "white", "zorder": 5}
+    axes.plot(x[care], y[care], style["marker"], **white)
+    # Beside its point by a distance on paper, whatever the scales of the axes.
     beside = offset_copy(axes.transData, axes.figure, 3.5, 3.5, "points")
-    look: dict[str, Any] = {"markersize": 3.6, "markeredgewidth": 0.3, "color": style["color"], "linestyle": ""}
-    look |= {"marker": UNSURE, "clip_on": False, "transform": beside}
+    look: dict[str, Any] = {"markersize": 3.6, "markeredgewidth": 0.3, "color": style["color"]}
+    look |= {"marker": UNSURE, "linestyle": "", "clip_on": False, "transform": beside}
     marks = axes.plot(x[series.unsure], y[series.unsure], **look)
     bottom = np.full(int(missing.sum()), 0.02)
     frame = axes.get_xaxis_transform()
-    crosses = axes.plot(x[missing], bottom, "x", color=FAILED_COLOR, transform=frame, zorder=6)
+    cross: dict[str, Any] = {"color": FAILED_COLOR, "transform": frame, "zorder": 6}
+    crosses = axes.plot(x[missing], bottom, "x", **cross)
+    # Signs that stick out of the axes must not make these smaller.
     for signs in (*marks, *crosses):
         signs.set_in_layout(False)
 
@@ -190,7 +210,8 @@ def _heights(points: Points, names: list[str]) -> Floats:
     if not points.text:
         return points.values
     order = {name: place for place, name in enumerate(names)}
-    return np.array([order.get(value, np.nan) for value in points.values.tolist()], dtype=float)
+    places = [order.get(value, np.nan) for value in points.values.tolist()]
+    return np.array(places, dtype=float)
 
 
 def distinct_words(points: Points) -> list[str]:
@@ -217,7 +238,8 @@ def _finish(figure: Figure, points: Points, title: str = "") -> None:
     for axes in figure.axes:
         if points.text:
             names = distinct_words(points)
-            axes.set_yticks(range(len(names)), list(map(hyphenate, names)))
+            words = list(map(hyphenate, names))
+            axes.set_yticks(range(len(names)), words)
             axes.set_ylim(-0.5, len(names) - 0.5)
         elif is_logarithmic(points.values):
             axes.set_yscale("log")
@@ -251,14 +273,17 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
     axes.grid(visible=False)
     set_axis(axes.xaxis, points, roles.x)
     set_axis(axes.yaxis, points, roles.hue)
-    across, up = edges(tiles.columns, axes.xaxis), edges(tiles.rows, axes.yaxis)
+    across = edges(tiles.columns, axes.xaxis)
+    up = edges(tiles.rows, axes.yaxis)
     rasterized = len(tiles.rows) * len(tiles.columns) > MOST_VECTOR
     look: dict[str, Any] = {"rasterized": rasterized, "edgecolors": "face", "linewidth": 0.3}
     if here.differing:  # drawn without hairlines between the shapes
-        look |= {"alpha": tiles.fill(here.shares, 1.0), "edgecolors": "none", "rasterized": True}
+        paleness = tiles.fill(here.shares, 1.0)
+        look |= {"alpha": paleness, "edgecolors": "none", "rasterized": True}
     names = distinct_words(points)
     values = tiles.fill(_heights(here, names), np.nan)
-    mesh = axes.pcolormesh(across, up, values, **look, **_colors(points, names))
+    look |= _colors(points, names)
+    mesh = axes.pcolormesh(across, up, values, **look)
     axes.set(xlim=across[[0, -1]], ylim=up[[0, -1]])
     for x, y in critical_border(points, here, roles):
         axes.plot(x, y, color="black", linewidth=1.2)
@@ -281,16 +306,20 @@ class _Tiles:
     def fill(self, values: NDArray[Any], otherwise: float) -> Floats:
         """(rows, columns) Values of the cases (n,), `otherwise` on tiles without a case."""
         array = np.full((len(self.rows), len(self.columns)), otherwise)
-        array[np.searchsorted(self.rows, self.y), np.searchsorted(self.columns, self.x)] = values
+        row = np.searchsorted(self.rows, self.y)
+        column = np.searchsorted(self.columns, self.x)
+        array[row, column] = values
         return array
 
 
 def _tiles(points: Points, here: Points, roles: Roles) -> _Tiles:
+    # Columns and rows are those of all panels: a panel that lacks some has empty tiles there.
+    x, y = axis_positions(points, roles.x, points), axis_positions(points, roles.hue, points)
     return _Tiles(
         x=axis_positions(points, roles.x, here),
         y=axis_positions(points, roles.hue, here),
-        columns=np.unique(axis_positions(points, roles.x, points)),
-        rows=np.unique(axis_positions(points, roles.hue, points)),
+        columns=np.unique(x),
+        rows=np.unique(y),
     )
 
 
@@ -298,13 +327,15 @@ def _hatch_tiles(axes: Any, tiles: _Tiles, here: Points) -> None:
     """Hatch the tiles to be taken with care, unless that are all or none."""
     care = tiles.fill(here.flagged & here.there, 0.0)
     if 0.0 < care.mean() < 1.0:
-        axes.contourf(tiles.columns, tiles.rows, care, levels=[0.5, 1.5], colors="none", hatches=["//"])
+        look: dict[str, Any] = {"levels": [0.5, 1.5], "colors": "none", "hatches": ["//"]}
+        axes.contourf(tiles.columns, tiles.rows, care, **look)
 
 
 def _mark_tiles(axes: Any, tiles: _Tiles, here: Points) -> None:
     """A cross on each tile without a value, a dot on each that is to be taken with care."""
     missing, care = ~here.there, here.flagged & here.there
-    axes.plot(tiles.x[missing], tiles.y[missing], "x", markersize=4, color=FAILED_COLOR)
+    cross = {"markersize": 4, "color": FAILED_COLOR}
+    axes.plot(tiles.x[missing], tiles.y[missing], "x", **cross)
     dot = {"markersize": 2.4, "color": "white", "markeredgecolor": "black", "markeredgewidth": 0.4}
     axes.plot(tiles.x[care], tiles.y[care], "o", **dot)
 
@@ -318,10 +349,12 @@ def critical_border(points: Points, here: Points, roles: Roles) -> Iterator[tupl
     if VELOCITY not in (roles.x, roles.hue) or points.axes[VELOCITY].dtype.kind in "Ob" or not known.any():
         return
     other_axis = roles.x if roles.hue == VELOCITY else roles.hue
-    places, numbers = np.unique(axis_positions(points, other_axis, here)[known], return_inverse=True)
+    places = axis_positions(points, other_axis, here)[known]
+    distinct, numbers = np.unique(places, return_inverse=True)
+    # Velocities lie on a logarithmic axis as a rule: their geometric mean is the middle there.
     sums = np.bincount(numbers, np.log(here.critical_velocity[known]))
     means = np.exp(sums / np.bincount(numbers))
-    yield (places, means) if roles.hue == VELOCITY else (means, places)
+    yield (distinct, means) if roles.hue == VELOCITY else (means, distinct)
 
 
 VELOCITY: Final = "stage_velocity"
@@ -330,10 +363,12 @@ VELOCITY: Final = "stage_velocity"
 
 def _colors(points: Points, names: list[str]) -> dict[str, Any]:
     if names:
-        return {"cmap": ListedColormap(_palette(names)), "vmin": -0.5, "vmax": len(names) - 0.5}
+        palette = ListedColormap(_palette(names))
+        return {"cmap": palette, "vmin": -0.5, "vmax": len(names) - 0.5}
     if is_logarithmic(points.values):
         return {"cmap": "viridis", "norm": "log"}
-    return {"cmap": "viridis", "vmin": np.nanmin(points.values), "vmax": np.nanmax(points.values)}
+    least, most = np.nanmin(points.values), np.nanmax(points.values)
+    return {"cmap": "viridis", "vmin": least, "vmax": most}
 
 
 def _palette(names: Sequence[str]) -> list[Any]:
@@ -347,7 +382,9 @@ def _palette(names: Sequence[str]) -> list[Any]:
 
 
 def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
+    axes = figure.axes[0]
     for color, name in zip(_palette(names), names, strict=True):
-        figure.axes[0].plot([], [], "s", color=color, label=hyphenate(name))
-    beside = LETTERS_OF_TILES // (max(map(len, names)) + len("■   "))
+        axes.plot([], [], "s", color=color, label=hyphenate(name))  # an entry of the legend, no point
+    widest = max(map(len, names))
+    beside = LETTERS_OF_TILES // (widest + len("■   "))
     _add_legend(figure, ncols=max(min(len(names), beside), 1))

@@ -92,14 +92,17 @@ def list_runs(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> l
     rows = case_rows(dataset, run_id_name(dataset, group))
     ids = rows.values(f"{group}_id").tolist()
     labels, positions = differing_axes(rows), rows.positions
-    distinct = [name for name in dict.fromkeys(ids) if isinstance(name, str) and name]
+    names = dict.fromkeys(ids)  # each once, in the order of cases
+    distinct = [name for name in names if isinstance(name, str) and name]
     enough = np.ones(len(ids), np.bool_)
     if need and need.variable in dataset:
         enough = rows.values(need.variable) >= need.least
     runs = []
+    # Numbers count all runs, also those that are left out: a figure keeps its name whatever a need demands.
     for number, name in enumerate(distinct, 1):
         row = ids.index(name)
         if enough[row]:
+            # A slice, not an element: `tolist` of it has Python's own types, which labels are written with.
             label = {axis: values[row : row + 1].tolist()[0] for axis, values in labels.items()}
             selection = {dim: dataset[dim].values[places[row]] for dim, places in positions.items()}
             runs.append(DrawnRun(number, label, selection))
@@ -128,7 +131,8 @@ def draw_runs(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
         if len(shown) < len(runs):
             yield f"Drawn: {counted}."
     if family.need:
-        yield from _remark_on_missing(family.need, len(runs), len(list_runs(dataset, family.group)))
+        every = len(list_runs(dataset, family.group))
+        yield from _remark_on_missing(family.need, len(runs), every)
 
 
 FARTHEST_DRAWN: Final = 1e150
@@ -163,14 +167,17 @@ def thin_line(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.i
     """
     if len(x) <= 2 * bins:
         return np.arange(len(x))
+    # Without its ends, so that the last point lies in the last bin and not behind it.
     inner_edges = np.linspace(x[0], x[-1], bins + 1)[1:-1]
     bin_of_point = np.digitize(x, inner_edges)
     # Bin by bin, in each from the lowest to the highest.
     order = np.lexsort((y, bin_of_point))
-    firsts = np.flatnonzero(np.diff(bin_of_point[order], prepend=-1))
+    is_first = np.diff(bin_of_point[order], prepend=-1)
+    firsts = np.flatnonzero(is_first)
     lasts = np.append(firsts[1:], len(x)) - 1
     ends = [0, len(x) - 1]
-    return np.unique(np.concatenate((order[firsts], order[lasts], ends)))
+    shown = np.concatenate((order[firsts], order[lasts], ends))
+    return np.unique(shown)
 
 
 def _join_columns(numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun]) -> DrawnColumns:
@@ -197,6 +204,7 @@ def _draw_together(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns
         axes.set(**family.axes)
         _, names = axes.get_legend_handles_labels()
         if names:
+            # Two long names side by side would be cut off at the figure's sides.
             columns = 1 if max(map(len, names)) > LONG_NAME else 2
             lines = math.ceil(len(names) / columns)
             figure.set_size_inches(WIDTH, family.height + LEGEND_LINE * lines)
@@ -216,6 +224,7 @@ def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     Many nodes are thinned to nodes with the least and largest pressure or shear nearby.
     """
     contact = Accessor(dataset).row(**run.selection)
+    # The selection of a single event removes its dimension.
     if "event" not in contact.dims:
         contact = contact.expand_dims("event")
     x = contact["x"].values
@@ -223,16 +232,19 @@ def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     x = x[near]
     pressure = contact["pressure"].values[:, near]
     shear = contact["shear"].values[:, near]
+    # Events are thinned one by one: a node that matters after one of them may be hidden after another.
     curves = zip(pressure, shear, strict=True)
     nodes = [np.union1d(thin_line(x, p), thin_line(x, q)) for p, q in curves]
-    event = np.repeat(np.arange(len(nodes)), list(map(len, nodes)))
+    counts = [len(places) for places in nodes]
+    event = np.repeat(np.arange(len(nodes)), counts)
     node = np.concatenate(nodes)
+    ideal = half_plane(contact, x)
     return {
         "event": contact["event"].values[event],
         "x": x[node],
         "pressure": pressure[event, node],
         "shear": shear[event, node],
-        "half_plane_pressure": half_plane(contact, x)[node],
+        "half_plane_pressure": ideal[node],
     }
 
 
@@ -242,17 +254,25 @@ def half_plane(case: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64]:
     Under a punch it is infinite at the edge (Boussinesq), where it is cut off.
     """
     planar = "scheme" in case and SCHEMES[str(case["scheme"].item())].planar
-    r = np.hypot(x, float(case["y"].values[0])) if planar else x
+    r = x
+    if planar:
+        r = np.hypot(x, float(case["y"].values[0]))
     if str(case["pin"].item()) == "flat_punch":
+        # Boussinesq's p = least/√(1 - (r/a)²): the integral over the strip, or the circle, has to be the load, here 1.
         a = float(case["half_width"])
-        least = 1.0 / (2.0 * np.pi * a**2) if planar else 1.0 / (np.pi * a)
-        root = np.sqrt(np.maximum(1.0 - (r / a) ** 2, 0.0))
+        least = 1.0 / (np.pi * a)
+        if planar:
+            least = 1.0 / (2.0 * np.pi * a**2)
+        square = 1.0 - (r / a) ** 2
+        root = np.sqrt(np.maximum(square, 0.0))
         return np.divide(least, root, np.zeros(len(r)), where=root > 1e-4)
     load, *shape = (float(case[name]) for name in ("normal_load", "radius", "poisson"))
     if not planar:
         return hertz(load, *shape).pressure(r) / load
+    # The ellipsoid of Hertz's pressure has the volume 2/3·π·a²·p_0, which has to be the load, here 1.
     a = hertz_radius(load, *shape)
-    return HertzContact(a, 1.5 / (np.pi * a**2)).pressure(r)
+    peak = 1.5 / (np.pi * a**2)
+    return HertzContact(a, peak).pressure(r)
 
 
 def draw_contacts(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
@@ -263,15 +283,18 @@ def draw_contacts(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None
     events = dict.fromkeys(table["event"].tolist())
     told_apart = len(events) > 1 and "label" not in style
     for number, event in enumerate(events):
-        here = {name: values[table["event"] == event] for name, values in table.items()}
+        of_event = table["event"] == event
+        here = {name: values[of_event] for name, values in table.items()}
         if told_apart:
             style = {"color": COLORS[number % len(COLORS)], "label": f"after event {event}"}
         axes.plot(here["x"], here["pressure"], ".", markersize=2.5, **style)
+        # One entry of the legend for each event or run: later lines have its colour and no label.
         style = {"color": style["color"]}
         if np.any(here["shear"]):
             axes.plot(here["x"], here["shear"], linewidth=0.5, **style)
     color = "black" if told_apart else style["color"]
-    axes.plot(here["x"], here["half_plane_pressure"], "--", linewidth=0.6, color=color)
+    ideal = here["half_plane_pressure"]
+    axes.plot(here["x"], ideal, "--", linewidth=0.6, color=color)
 
 
 def _is_near_contact(x: NDArray[np.float64], pressure: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -279,7 +302,8 @@ def _is_near_contact(x: NDArray[np.float64], pressure: NDArray[np.float64]) -> N
     if not len(touching):
         return np.ones(len(x), np.bool_)
     margin = _BESIDE * (touching[-1] - touching[0])
-    return np.asarray((x >= touching[0] - margin) & (x <= touching[-1] + margin))
+    first, last = touching[0] - margin, touching[-1] + margin
+    return np.asarray((x >= first) & (x <= last))
 
 
 CONTACT_VIEWS: Final = RunFamily(
@@ -304,7 +328,9 @@ def drive_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     time, force = pulled["time"].values, pulled["sample_spring_force"].values
     model = best_fit_motion(pulled, read_scales(dataset.attrs), time)
     seen = thin_line(time, force)
-    fit = np.full(len(time), np.nan) if model is None else model.spring_force
+    fit = np.full(len(time), np.nan)
+    if model is not None:
+        fit = model.spring_force
     return {"time": time[seen], "spring_force": force[seen], "fitted_spring_force": fit[seen]}
 
 
@@ -312,7 +338,8 @@ def draw_drives(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """Measured force as a line, the fitted one dashed on it."""
     time = 1e3 * table["time"]
     axes.plot(time, table["spring_force"], **style)
-    axes.plot(time, table["fitted_spring_force"], "--", color="black", linewidth=0.5)
+    fit = table["fitted_spring_force"]
+    axes.plot(time, fit, "--", color="black", linewidth=0.5)
 
 
 DRIVES: Final = RunFamily(
@@ -333,16 +360,20 @@ def stage_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Place of the stage and of the pin (m), and spring force over load, along the last two cycles."""
     pulled = Accessor(dataset).trajectory(**run.selection)
     whole = {name: pulled[f"sample_{name}"].values for name in ("stage", "position", "spring_force")}
-    # A quarter of a cycle, then whole ones.
+    # A quarter of a cycle, then whole ones; the first ones are left out, as a pin just pressed down runs in.
     cycles = pulled.sizes["stage_leg"] // 2
-    begin = len(whole["stage"]) - 1 - 8 * (len(whole["stage"]) - 1) // (4 * cycles + 1) if cycles > 1 else 0
+    begin = 0
+    if cycles > 1:
+        steps = len(whole["stage"]) - 1
+        begin = steps - 8 * steps // (4 * cycles + 1)
     return {name: values[begin:] for name, values in whole.items()}
 
 
 def draw_stages(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """Spring force over the stage as a line, over the pin as a thin one."""
     axes.plot(1e3 * table["stage"], table["spring_force"], **style)
-    axes.plot(1e3 * table["position"], table["spring_force"], color=style["color"], linewidth=0.4)
+    pin = 1e3 * table["position"]
+    axes.plot(pin, table["spring_force"], color=style["color"], linewidth=0.4)
 
 
 STAGES: Final = RunFamily(
@@ -376,12 +407,15 @@ def size_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """
     sizes = Accessor(dataset).event_sizes("slips", **run.selection)
     middles, events = sizes["bin_middle"].values, sizes["bin_events"].values
-    fit = {name: float(sizes[f"slips_{name}"]) for name in (*FITTED, "cutoff", "tail")}
+    names = (*FITTED, "cutoff", "tail")
+    fit = {name: float(sizes[f"slips_{name}"]) for name in names}
     law = np.full(len(middles), np.nan)
     if fit["goodness"] >= SIGNIFICANT and np.isfinite(fit["exponent"]):
         tail = middles >= fit["cutoff"]
+        # The law is a density of the tail alone; the points are of all events.
         share = fit["tail"] / events.sum()
-        law[tail] = share * density(middles[tail], fit["exponent"], fit["cutoff"], True)
+        of_tail = density(middles[tail], fit["exponent"], fit["cutoff"], True)
+        law[tail] = share * of_tail
     columns = {"event_slips": middles, "density": sizes["bin_density"].values}
     columns |= {"events": events, "power_law": law}
     for name in FITTED:
@@ -392,13 +426,15 @@ def size_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
 def draw_sizes(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """The distribution as points joined by lines, the power law dashed and named by its exponent."""
     if np.isfinite(table["power_law"]).any():
-        exponent, error = float(table["exponent"][0]), float(table["exponent_uncertainty"][0])
+        exponent = float(table["exponent"][0])
+        error = float(table["exponent_uncertainty"][0])
         label = f"τ = {with_error(exponent, error)}"
         if "label" in style:
             label = f"{style['label']}: {label}"
         style = {**style, "label": label}
-    axes.plot(table["event_slips"], table["density"], "o-", markersize=2, linewidth=0.5, **style)
-    axes.plot(table["event_slips"], table["power_law"], "--", linewidth=1.4, color=style["color"])
+    slips = table["event_slips"]
+    axes.plot(slips, table["density"], "o-", markersize=2, linewidth=0.5, **style)
+    axes.plot(slips, table["power_law"], "--", linewidth=1.4, color=style["color"])
 
 
 SIZE_VIEWS: Final = RunFamily(
@@ -426,7 +462,9 @@ def interior_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     inside = Accessor(dataset).interior(**run.selection)
     if "event" in inside.dims:
         inside = inside.isel(event=0)
-    columns = {name: inside[name].values for name in ("x", "z", "stress_xx", "stress_zz", "stress_xz")}
+    names = ("x", "z", "stress_xx", "stress_zz", "stress_xz")
+    columns = {name: inside[name].values for name in names}
+    # The radius of Mohr's circle.
     half_difference = 0.5 * (columns["stress_xx"] - columns["stress_zz"])
     return {**columns, "largest_shear_stress": np.hypot(half_difference, columns["stress_xz"])}
 
@@ -437,6 +475,7 @@ def draw_interiors(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> Non
     axes.grid(visible=False)
     most = np.percentile(stress, SHADE_PERCENTILE)
     look = {"shading": "gouraud", "rasterized": True, "cmap": "magma"}
+    # As vectors the triangles would make a page of tens of megabytes.
     mesh = axes.tripcolor(table["x"], table["z"], stress, vmin=0.0, vmax=most, **look)
     axes.figure.colorbar(mesh, ax=axes, label="largest shear stress, in $W/(L_xL_y)$", extend="max")
 
@@ -489,15 +528,19 @@ def path_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Displacement, F/W and leg of a path, each leg thinned to the figure's resolution."""
     line = Accessor(dataset).path(**run.selection)
     x, force, leg = (line[f"path_{name}"].values for name in ("displacement", "friction", "leg"))
-    places = [np.flatnonzero(leg == number) for number in np.unique(leg)]
-    shown = np.concatenate([np.arange(0), *(_leg_seen(x, force, place) for place in places)])
+    legs = [np.flatnonzero(leg == number) for number in np.unique(leg)]
+    seen = [_leg_seen(x, force, places) for places in legs]
+    # An empty array first, as there is nothing to join in a path without legs.
+    shown = np.concatenate([np.arange(0), *seen])
     return {"displacement": x[shown], "friction_force": force[shown], "leg": leg[shown]}
 
 
 def _leg_seen(x: NDArray[Any], force: NDArray[Any], here: NDArray[np.int64]) -> NDArray[np.int64]:
     """Points of a leg that keep its look, in their order."""
+    # Bins need rising places, and every other leg goes back.
     forward = here if x[here[0]] <= x[here[-1]] else here[::-1]
-    return np.sort(forward[thin_line(x[forward], force[forward])])
+    seen = thin_line(x[forward], force[forward])
+    return np.sort(forward[seen])
 
 
 LOOPS: Final = RunFamily(
@@ -513,15 +556,19 @@ LOOPS: Final = RunFamily(
 
 def cycle_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Number of each cycle from 1, and the energy that it loses, in W·L_x."""
-    found = Accessor(dataset).path(**run.selection)
-    lost = found["leg_loss"].values[-2 * int(found["cycles"]) :]
-    loss = lost[: len(lost) // 2 * 2].reshape(-1, 2).sum(axis=1)
+    path = Accessor(dataset).path(**run.selection)
+    # A cycle is two legs; the first leg, up to the first turn, belongs to none.
+    legs = 2 * int(path["cycles"])
+    lost = path["leg_loss"].values[-legs:]
+    complete = len(lost) // 2 * 2
+    loss = lost[:complete].reshape(-1, 2).sum(axis=1)
     return {"cycle": np.arange(1, len(loss) + 1), "loss": loss}
 
 
 def draw_cycles(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """Loss of each cycle as points joined by lines."""
-    axes.plot(table["cycle"], table["loss"], "o-", markersize=2, linewidth=0.5, **style)
+    cycle, loss = table["cycle"], table["loss"]
+    axes.plot(cycle, loss, "o-", markersize=2, linewidth=0.5, **style)
 
 
 CYCLE_VIEWS: Final = RunFamily(
@@ -550,7 +597,8 @@ def _losses(dataset: xr.Dataset) -> View | None:
     points = replace(read_points(dataset, "loss_per_cycle"), closed_form=_mindlin(dataset))
     lossless = read_points(dataset, "shaken_down").values == 1.0
     points = points.select(~lossless)
-    along = [name for name in ("amplitude", "stroke") if len(set(points.axes.get(name, ()))) > 1]
+    axes = [name for name in ("amplitude", "stroke") if name in points.axes]
+    along = [name for name in axes if len(set(points.axes[name])) > 1]
     if not along or is_scattered(points) or assign_roles(points, along[0]).mapped:
         return None
     view = make_view(points, along[0])
@@ -575,6 +623,7 @@ def _mindlin(dataset: xr.Dataset) -> NDArray[np.float64]:
     ):
         loss = math.nan
         if stiffness > 0.0:
+            # The amplitude is in μ_i·W/K, the closed form's in L_x.
             form = MindlinLoops(stiffness, poisson, friction * load)
             loss = float(form.loss(amplitude * form.bearing / stiffness)) / load
         losses.append(loss)
@@ -585,6 +634,6 @@ FAMILIES: Final = (CONTACT_VIEWS, DRIVES, SIZE_VIEWS, INTERIORS, RECORDS, LOOPS,
 SORTS: Final = {
     "answer": Sort("answer", "Answer", draw_answers),
     STAGES.name: Sort(STAGES.name, STAGES.title, draw_stage_loops),
-    **{each.name: Sort(each.name, each.title, partial(draw_runs, family=each)) for each in FAMILIES},
+    **{family.name: Sort(family.name, family.title, partial(draw_runs, family=family)) for family in FAMILIES},
 }
 """Every sort by name, in the order of a page."""

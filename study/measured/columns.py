@@ -36,8 +36,11 @@ _NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ed][-+]?\d+)?", re.IGN
 _HOLE: Final = re.compile(r"[^a-df-z]*+(?:nan|inf|n/?a|null|none)?[^a-z]*+", re.IGNORECASE)
 """Cell of a line of numbers that has none there: no word but these."""
 _COMMENT: Final = ("#", "%")
-_IN_HEADERS: Final = tuple(
-    map(re.compile, (r"\s{2,}|\t", r"(?<=[\])])\s*+[,;]?\s*+(?=\S)", r"[,;]\s*", r"\s+(?![\[(])"))
+_IN_HEADERS: Final = (
+    re.compile(r"\s{2,}|\t"),
+    re.compile(r"(?<=[\])])\s*+[,;]?\s*+(?=\S)"),
+    re.compile(r"[,;]\s*"),
+    re.compile(r"\s+(?![\[(])"),
 )
 """Separators of names above numbers that are separated differently."""
 _SECTION: Final = re.compile(r"^\[[^\]]*\]\s+(?=[^\[\s])")
@@ -108,12 +111,14 @@ def _rows_of_array(raw: bytes) -> str:
         raise InvalidInput("is no array of numbers that NumPy can read") from None
     if values.ndim != 2 or values.dtype.kind not in "fiu":
         raise InvalidInput(f"is an array of {values.dtype} of shape {values.shape}: needs numbers in rows and columns")
-    return "\n".join(" ".join(map(repr, row)) for row in values.tolist())
+    lines = [" ".join(map(repr, row)) for row in values.tolist()]
+    return "\n".join(lines)
 
 
 def kind_of_binary(raw: bytes) -> str:
     """Kind of a file that is no text; empty for text. UTF-16 has zeros, and a mark."""
-    kind = next((name for first, name in _BINARY.items() if raw.startswith(first)), "")
+    kinds = [name for first, name in _BINARY.items() if raw.startswith(first)]
+    kind = kinds[0] if kinds else ""
     if kind or raw.startswith((_NUMPY, codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return kind
     return "a binary file" if b"\0" in raw[:4096] else ""
@@ -139,9 +144,12 @@ def read_cells(text: str) -> list[tuple[int, list[str]]]:
 
     Semicolons or tabs separate them if the first line has more of these than commas; then numbers may have decimal commas.
     """
-    first = next((line for line in text.splitlines() if line.strip()), "")
+    filled = (line for line in text.splitlines() if line.strip())
+    first = next(filled, "")
     separator = max(",;\t", key=first.count)
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, skipinitialspace=True, strict=True)
+    lines_of_text = io.StringIO(text, newline="")
+    # Strict, as an open quotation mark would otherwise swallow the rest of the file without a word.
+    reader = csv.reader(lines_of_text, delimiter=separator, skipinitialspace=True, strict=True)
     try:
         lines = []
         for row in reader:
@@ -151,7 +159,8 @@ def read_cells(text: str) -> list[tuple[int, list[str]]]:
         raise InvalidInput(f"line {reader.line_num}: not CSV: {error}") from None
     if separator == ",":
         return lines
-    return [(line, list(map(_with_point, row))) for line, row in lines]
+    pointed = ((line, map(_with_point, row)) for line, row in lines)
+    return [(line, list(row)) for line, row in pointed]
 
 
 def _with_point(cell: str) -> str:
@@ -170,7 +179,8 @@ class FileColumn(NamedTuple):
     @property
     def dimension(self) -> str:
         """SI unit of time, length, force or stress if the unit is one of these, `1` of no unit, else empty."""
-        return unit_dimension(self.unit) if self.unit not in ("", "1", "-") else "1"
+        is_pure = self.unit in ("", "1", "-")
+        return "1" if is_pure else unit_dimension(self.unit)
 
 
 class OmittedLines(NamedTuple):
@@ -206,12 +216,16 @@ class FileColumns:
     def rows(self, chosen: Sequence[int]) -> "Rows":
         """The chosen columns, less the rows in which one of them has no number. Raises InvalidInput of fewer than two rows."""
         values = np.array([self.columns[column].values for column in chosen])
-        there = np.isfinite(values).all(axis=0)
-        if there.sum() < max(2, len(there) / 2):
+        complete = np.isfinite(values).all(axis=0)
+        # Most lines: else the columns are of different tables, and what both have is chance.
+        if complete.sum() < max(2, len(complete) / 2):
             names = " and ".join(str(column + 1) for column in chosen)
-            raise InvalidInput(f"columns {names}: numbers in {there.sum()} of {len(there)} lines: needs them in most")
-        places = np.flatnonzero(there)
-        return Rows(values[:, there], self.lines[there], places, int((~there).sum()))
+            raise InvalidInput(
+                f"columns {names}: numbers in {complete.sum()} of {len(complete)} lines: needs them in most"
+            )
+        places = np.flatnonzero(complete)
+        holes = int((~complete).sum())
+        return Rows(values[:, complete], self.lines[complete], places, holes)
 
     def find_column(self, wanted: str) -> int:
         """The place of a column by its number, counted from 1, or by its name or a part of it. Raises InvalidInput."""
@@ -221,7 +235,9 @@ class FileColumns:
         title, _ = _title(wanted)
         words = (wanted.casefold(), title.casefold())
         sure = [place for place, name in enumerate(names) if name in words]
-        found = sure or [place for place, name in enumerate(names) if wanted.casefold() in name]
+        # A part of a name only if no name is the word: `F` is a column beside `F normal`.
+        part = wanted.casefold()
+        found = sure or [place for place, name in enumerate(names) if part in name]
         if len(found) != 1:
             raise InvalidInput("column", wanted, f"one of {self}")
         return found[0]
@@ -242,18 +258,25 @@ def read_columns(path: Path, text: str, titled: bool = True) -> FileColumns:
     Numbers are separated as most lines have it. A cell that is no number is a hole. titled: False of a matrix, without names
     of columns or a count of points above it: lines of numbers above its rows are lines left out.
     """
-    lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
+    numbered = enumerate(text.splitlines(), 1)
+    lines = [(number, line) for number, line in numbered if line.strip()]
     looked_at = [line for _, line in lines[:_LOOKED_AT]]
-    kind = max(range(len(_SEPARATORS)), key=lambda kind: sum(_share(line, kind) for line in looked_at))
+    shares = [sum(_share(line, kind) for line in looked_at) for kind in range(len(_SEPARATORS))]
+    kind = shares.index(max(shares))  # of equals the first
     cells = [_cells(line, kind) for _, line in lines]
     parsed = [_numbers(row, kind) for row in cells]
     full = [place for place, row in enumerate(parsed) if _count(row) >= 2]
     if len(full) < 2:
-        met = f"; line {lines[len(lines) // 2][0]} is {quote_value(lines[len(lines) // 2][1])}" if lines else ""
+        met = ""
+        if lines:
+            number, line = lines[len(lines) // 2]
+            met = f"; line {number} is {quote_value(line)}"
         raise InvalidInput(f"number of points = {len(full)}: needs at least 2 lines of two numbers in {path}{met}")
-    width = Counter(len(parsed[place]) for place in full).most_common(1)[0][0]
+    widths = Counter(len(parsed[place]) for place in full)
+    [(width, _)] = widths.most_common(1)
     rows = [place for place, row in enumerate(parsed) if len(row) == width and _count(row)]
     fitting = [place for place in full if len(parsed[place]) == width]
+    # Rows of holes at the ends belong to the numbers, so that header and footer are what is neither.
     first, last = _with_holes(cells, parsed, fitting[0], fitting[-1])
     rows = [place for place in rows if first <= place <= last]
     values = np.array([parsed[place] for place in rows], float)
@@ -263,17 +286,23 @@ def read_columns(path: Path, text: str, titled: bool = True) -> FileColumns:
     start = rows[0] if titled else next(numbers, rows[0])
     between = sorted({*range(start, rows[-1] + 1)} - {*rows})
     left = [lines[place] for place in between if not _is_comment(lines[place][1])]
+    # More lines left out than read: what was taken for the numbers is a part of something else.
     if len(left) > len(rows):
         need = f"{width} columns of numbers, as line {lines[rows[0]][0]}"
         raise InvalidInput(f"line {left[0][0]}: {quote_value(left[0][1])}: needs {need}")
-    wide = int(np.flatnonzero(np.isfinite(values).any(axis=0))[-1]) + 1
-    titles = _titles([line for _, line in lines[: first * titled]], kind, wide, values)
-    columns = [FileColumn(name, unit, column) for (name, unit), column in zip(titles, values.T[:wide], strict=True)]
+    has_numbers = np.isfinite(values).any(axis=0)
+    wide = int(np.flatnonzero(has_numbers)[-1]) + 1  # a separator at the end of lines makes an empty column
+    above = [line for _, line in lines[: first * titled]]
+    titles = _titles(above, kind, wide, values)
+    pairs = zip(titles, values.T[:wide], strict=True)
+    columns = tuple(FileColumn(name, unit, column) for (name, unit), column in pairs)
     numbers_of_lines = np.array([lines[place][0] for place in rows])
-    below = sum(not _is_comment(line) for _, line in lines[rows[-1] + 1 :])
-    line, words = left[0] if left else (0, "")
-    omitted = OmittedLines(len(left), line, words)
-    return FileColumns(tuple(columns), numbers_of_lines, _SEPARATORS[kind][0], rows[0], below, omitted)
+    behind = [line for _, line in lines[rows[-1] + 1 :]]
+    below = sum(not _is_comment(line) for line in behind)
+    line_number, words = left[0] if left else (0, "")
+    omitted = OmittedLines(len(left), line_number, words)
+    separator, *_ = _SEPARATORS[kind]
+    return FileColumns(columns, numbers_of_lines, separator, rows[0], below, omitted)
 
 
 def _numbers(row: Iterable[str], kind: int) -> list[float]:
@@ -282,15 +311,17 @@ def _numbers(row: Iterable[str], kind: int) -> list[float]:
 
 def _has_numbers_alone(cells: Iterable[str], numbers: Iterable[float]) -> bool:
     """True for a line of numbers and holes with one number at least."""
-    return any(map(math.isfinite, numbers)) and all(map(_HOLE.fullmatch, cells))
+    has_number = any(map(math.isfinite, numbers))
+    return has_number and all(map(_HOLE.fullmatch, cells))
 
 
 def _with_holes(cells: Sequence[list[str]], parsed: Sequence[list[float]], first: int, last: int) -> tuple[int, int]:
     """First and last row, with rows of holes before and after: beside a number, no cell of these has a word."""
 
     def row(place: int) -> bool:
-        fits = 0 <= place < len(cells) and len(cells[place]) == len(cells[first])
-        return fits and _has_numbers_alone(cells[place], parsed[place])
+        if not 0 <= place < len(cells) or len(cells[place]) != len(cells[first]):
+            return False
+        return _has_numbers_alone(cells[place], parsed[place])
 
     while row(first - 1):
         first -= 1
@@ -301,7 +332,8 @@ def _with_holes(cells: Sequence[list[str]], parsed: Sequence[list[float]], first
 
 def _cells(line: str, kind: int) -> list[str]:
     stripped = line.strip() if kind == _SPACES else line.strip("\r\n")
-    return [cell.strip(' \t"') for cell in _SEPARATORS[kind][1].split(stripped)]
+    _, separator, _ = _SEPARATORS[kind]
+    return [cell.strip(' \t"') for cell in separator.split(stripped)]
 
 
 def _is_comment(line: str) -> bool:
@@ -312,7 +344,9 @@ def _number(cell: str, kind: int) -> float:
     """The number of a cell; NaN of anything else."""
     word = cell.replace("\N{MINUS SIGN}", "-")
     word = word.replace(",", ".") if _SEPARATORS[kind][2] else word
-    return float(word.lower().replace("d", "e")) if _NUMBER.fullmatch(word) else math.nan
+    if not _NUMBER.fullmatch(word):
+        return math.nan
+    return float(word.lower().replace("d", "e"))
 
 
 def _count(row: Iterable[float]) -> int:
@@ -332,25 +366,31 @@ def _is_header(values: Floats) -> bool:
         return False
     steps = np.abs(np.diff(values[:3], axis=0))
     counts = values[0] == len(values) - 1
-    return bool((counts & ~np.isclose(steps[0], steps[1])).any())
+    is_progression = np.isclose(steps[0], steps[1])
+    return bool((counts & ~is_progression).any())
 
 
 def _titles(above: Sequence[str], kind: int, width: int, values: Floats) -> list[tuple[str, str]]:
     """Name and unit of each column, from the last lines above the numbers: names, perhaps with units, or names over units."""
-    found = _labels(above[-1], kind, width, values) if above else []
+    found: list[str] = []
+    if above:
+        found = _labels(above[-1], kind, width, values)
     if not found or any(map(_NUMBER.fullmatch, found)):
         return [("", "")] * width
-    bare = [_without_brackets(label) for label in found]
-    names = _labels(above[-2], kind, width, values) if len(above) > 1 else []
+    bare = [_strip_brackets(label) for label in found]
+    names: list[str] = []
+    if len(above) > 1:
+        names = _labels(above[-2], kind, width, values)
     stated = [unit for unit in bare if unit not in ("", "1", "-")]
-    if any(bare) and (
-        all(map(unit_dimension, stated)) or (names and any(map(unit_dimension, stated)) and all(map(is_unit, stated)))
-    ):
+    # Units of other dimensions count only below names, and beside a unit that is needed: a word may be a name and a unit.
+    dimensions = list(map(unit_dimension, stated))
+    are_units = bool(names) and any(dimensions) and all(map(is_unit, stated))
+    if any(bare) and (all(dimensions) or are_units):
         return list(zip(names or [""] * width, bare, strict=True))
     return [_title(label) for label in found]
 
 
-def _without_brackets(label: str) -> str:
+def _strip_brackets(label: str) -> str:
     """The unit of a label that is a unit in brackets, else the label."""
     found = _IN_BRACKETS.fullmatch(label)
     return found[2] if found and not found[1] else label
@@ -358,6 +398,7 @@ def _without_brackets(label: str) -> str:
 
 def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
     """The labels of the columns in a line above the numbers; none if they do not fit."""
+    # Many programs mark their header as a comment.
     marked = line.lstrip().startswith(("#", "%", "!", "*"))
     text = line.strip("\r\n").lstrip("#%!*\N{NO-BREAK SPACE} ") if marked else line
     ways = (_SEPARATORS[kind][1], *_IN_HEADERS)
@@ -370,10 +411,15 @@ def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
         return fitting[0]
     if not 2 <= len(own) < width:
         return []
+    # Commas without spaces: decimal commas would divide each number in two.
     if _SEPARATORS[kind] == _SEPARATORS[3]:
         raise InvalidInput(f"{quote_value(line)}: {len(own)} names above {width} columns: are there decimal commas?")
-    numbered = len(own) == width - 1 and (np.diff(values[:, 0]) == 1.0).all()  # R's tables have no name above row names
-    return ["", *own] if numbered else [*own, *[""] * (width - len(own))]
+    # R's tables have no name above row names, which are numbers in a row.
+    is_counted = (np.diff(values[:, 0]) == 1.0).all()
+    if len(own) == width - 1 and is_counted:
+        return ["", *own]
+    unnamed = [""] * (width - len(own))
+    return [*own, *unnamed]
 
 
 def _split_labels(separator: re.Pattern[str], text: str) -> list[str]:
@@ -391,7 +437,9 @@ def _title(label: str) -> tuple[str, str]:
     if found and (found[2] in ("", "1", "-") or label.endswith("]") or is_unit(found[2])):
         return found[1], found[2]
     found = _UNIT_BEHIND.fullmatch(short)
-    return (found[1], found[2]) if found and unit_dimension(found[2]) else (label, "")
+    if found and unit_dimension(found[2]):
+        return found[1], found[2]
+    return label, ""
 
 
 def is_unit(unit: str) -> bool:
@@ -403,13 +451,17 @@ def unit_dimension(unit: str) -> str:
     """SI unit of time, length, force or stress if the unit is one of these, else empty."""
     if not _UNIT.fullmatch(unit):
         return ""
-    return next((each for each in DIMENSIONS if math.isfinite(unit_factor(unit, each))), "")
+    dimensions = (dimension for dimension in DIMENSIONS if math.isfinite(unit_factor(unit, dimension)))
+    return next(dimensions, "")
 
 
 def unit_factor(unit: str, into: str) -> float:
     """Factor from a header's unit to another unit; NaN if it has another dimension. Names of units may begin with a capital."""
     scale = factor(unit, into)
-    return factor(unit.lower(), into) if math.isnan(scale) and len(unit) > 3 else scale
+    if math.isnan(scale) and len(unit) > 3:
+        # Short ones stay as they are: `MM` is no mm, and `mS` no ms.
+        return factor(unit.lower(), into)
+    return scale
 
 
 def column_unit(key: str, given: str, column: FileColumn, usual: str) -> str:
@@ -448,24 +500,30 @@ def one_way(rows: Rows, name: str, need: str, turns: bool = True) -> OneWay:
     """
     values, lines, places = rows.values, rows.lines, rows.places
     at = values[0]
+    # By the second value, as the first may be that of a header.
     way = -1.0 if turns and at[-1] < at[min(1, len(at) - 2)] else 1.0
-    if len(at) > 3 and (at[1] - at[0]) * way < 0.0 <= (np.diff(at[1:]) * way).min():
-        values, lines, places = values[:, 1:], lines[1:], places[1:]
-        at = values[0]
+    if len(at) > 3:
+        goes_back = (at[1] - at[0]) * way < 0.0
+        others_go_on = (np.diff(at[1:]) * way).min() >= 0.0
+        if goes_back and others_go_on:
+            values, lines, places = values[:, 1:], lines[1:], places[1:]
+            at = values[0]
     steps = np.diff(at) * way
     if (back := np.flatnonzero(steps < 0.0)).size:
         last, now = back[0], back[0] + 1
         raise InvalidInput(f"line {lines[now]}: {name} = {at[now]:g} after {at[last]:g}: needs {name} that {need}")
     equal = int((steps == 0.0).sum())
     if not equal:
-        return OneWay(way * at, values[1:], lines, way < 0.0, 0, 0)
+        return OneWay(way * at, values[1:], lines, way < 0.0, restored=0, merged=0)
     if not steps.any():
         raise InvalidInput(f"{name} = {at[0]:g} in all lines: needs {name} that {need}")
+    # Rounded places are those of even steps, each off by half of the smallest digit at most.
     even = np.polynomial.Polynomial.fit(places, at, 1)(places)
     if np.abs(even - at).max() <= steps[steps > 0.0].min():
         even += at[0] - even[0]
-        return OneWay(way * even, values[1:], lines, way < 0.0, equal, 0)
-    firsts = np.flatnonzero(np.concatenate(([True], steps > 0.0)))
+        return OneWay(way * even, values[1:], lines, way < 0.0, restored=equal, merged=0)
+    is_first = np.concatenate(([True], steps > 0.0))
+    firsts = np.flatnonzero(is_first)
     counts = np.diff(np.append(firsts, len(at)))
     means = np.add.reduceat(values, firsts, axis=1) / counts
-    return OneWay(way * at[firsts], means[1:], lines[firsts], way < 0.0, 0, equal)
+    return OneWay(way * at[firsts], means[1:], lines[firsts], way < 0.0, restored=0, merged=equal)

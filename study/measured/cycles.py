@@ -141,17 +141,23 @@ def find_common_misfit(cycles: Sequence[Cycle]) -> float:
     if count < 2:
         return 0.0
     first = cycles[0]
+    # Samples are as far apart in all slips, so those of the first one serve for all.
     apart = (first.at[-1] - first.at[0]) / (len(first.at) - 1)
-    lasts = min(first.period, *(float(cycle.at[-1]) - cycle.start for cycle in cycles))
+    lengths = [float(cycle.at[-1]) - cycle.start for cycle in cycles]
+    lasts = min(first.period, *lengths)
     since = np.arange(0.0, lasts, apart)
     samples = len(since)
     if samples < RESOLVED:
         return 0.0
-    misfits = np.array([np.interp(cycle.start + since, cycle.at, cycle.misfit) for cycle in cycles])
+    rows = [np.interp(cycle.start + since, cycle.at, cycle.misfit) for cycle in cycles]
+    misfits = np.array(rows)
     mean = misfits.mean(axis=0)
-    within = float(np.sum((misfits - mean) ** 2)) / (count - 1)
+    deviations = misfits - mean
+    within = float(np.sum(deviations**2)) / (count - 1)
     between = count * float(np.sum(mean**2))
-    by_chance = float(scipy.stats.f.isf(CHANCE, samples / 2.0, samples * (count - 1) / 2.0))
+    freedom = samples / 2.0, samples * (count - 1) / 2.0
+    by_chance = float(scipy.stats.f.isf(CHANCE, *freedom))
+    # The square of the mean misfit has a part of the noise, too: as much as the scatter of means of this many slips.
     norm = math.sqrt(max(between - within, 0.0) / count)
     of_search = STEP * (first.static - first.trough) * math.sqrt(samples)
     return norm if between > by_chance * within and norm > of_search else 0.0
@@ -162,7 +168,8 @@ def fit_cycles(averages: Averaged, whole: list[int], rates: list[float], damping
 
     Fits that leave the measured forces and their noise are none. whole: numbers of slips whose samples have no gap.
     """
-    places = np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))
+    count = min(len(whole), MOST_CYCLES)
+    places = np.linspace(0, len(whole) - 1, count)
     chosen = [whole[int(place)] for place in places]
     cut = sorted({*range(min(whole, default=0), max(whole, default=0))} - {*whole})
     found = _fit_chosen(averages, chosen, rates, damping, None)._replace(cut=cut)
@@ -171,7 +178,9 @@ def fit_cycles(averages: Averaged, whole: list[int], rates: list[float], damping
         return found
     cell = _guess_cell(averages, found, rates, damping)
     with_cell = _fit_chosen(averages, chosen, rates, damping, cell)
-    explains = len(with_cell.cycles) >= len(found.cycles) and not find_common_misfit(with_cell.cycles)
+    # A cell has two more unknowns: it counts only if nothing in common is left, and no slip is lost for it.
+    fits_as_many = len(with_cell.cycles) >= len(found.cycles)
+    explains = fits_as_many and not find_common_misfit(with_cell.cycles)
     return with_cell._replace(cut=cut) if explains else found
 
 
@@ -181,7 +190,9 @@ def _fit_chosen(
     """Fit the chosen slips, first each alone, then with the mean damping, and cell, of all."""
     at, slips = averages.trace.at, averages.slips
     peaks = [slip.peak for slip in slips]
-    samples = float(np.median(np.diff(peaks))) if len(peaks) > 1 else math.inf
+    samples = math.inf
+    if len(peaks) > 1:
+        samples = float(np.median(np.diff(peaks)))
 
     def fit(unknown: Unknowns) -> dict[int, Cycle]:
         good = {}
@@ -191,20 +202,26 @@ def _fit_chosen(
                 good[number] = cycle
         return good
 
-    free = fit(Unknowns(damping, cell, cell is not None)) if damping is None or cell else {}
+    free: dict[int, Cycle] = {}
+    if damping is None or cell:
+        free = fit(Unknowns(damping, cell, fits_cell=cell is not None))
     # The fall of a slip takes about half a natural period: its samples show the damping if they are RESOLVED or more.
     resolved = 2.0 * RESOLVED * float(np.median(np.diff(at)))
     own = {number: cycle for number, cycle in free.items() if cycle.period >= resolved}
+    # Of few slips alone the damping is that of the few that happen to fit.
     own = own if 2 * len(own) >= len(chosen) else {}
     known = Measured(math.nan if damping is None else damping, math.nan, 0)
     if own and damping is None:
         known = mean_with_error([cycle.damping for cycle in own.values()], "1")
         known = known._replace(value=max(known.value, 0.0))
-    cell = _mean_cell([cycle.cell for cycle in own.values() if cycle.cell])
-    found = fit(Unknowns(known.value if math.isfinite(known.value) else 0.0, cell))
+    cells = [cycle.cell for cycle in own.values() if cycle.cell]
+    cell = _mean_cell(cells)
+    common_damping = known.value if math.isfinite(known.value) else 0.0
+    found = fit(Unknowns(common_damping, cell))
     kept = [number for number in found if number in own or not own]
     if 2 * len(kept) < len(chosen):  # the model is not that of this force
-        return FittedCycles([], [], [], mean_with_error([], "1"), chosen, damping is not None, samples)
+        none = mean_with_error([], "1")
+        return FittedCycles([], [], [], none, chosen, damping is not None, samples)
     unlike = [number for number in chosen if number not in kept]
     freely = [own[number] for number in kept if number in own]
     cycles = [found[number] for number in kept]
@@ -223,7 +240,9 @@ def _guess_cell(averages: Averaged, found: FittedCycles, rates: list[float], dam
     """The cell that fits the middle one of the slips best, looked for from each octave above the pin's frequency on."""
     middle = len(found.cycles) // 2
     number, cycle = found.chosen[middle], found.cycles[middle]
-    fastest = math.pi / float(np.median(np.diff(averages.trace.at)))
+    sampling = float(np.median(np.diff(averages.trace.at)))
+    fastest = math.pi / sampling  # Nyquist's angular frequency
+    # A start in the wrong octave ends in a minimum that is not the deepest one: each octave is tried.
     frequency, fits = 2.0 * math.pi / cycle.period, []
     while 2.0 * frequency < fastest:
         frequency *= 2.0
@@ -238,17 +257,59 @@ def _is_inside(averages: Averaged, slip: TraceSlip, rate: float, cycle: Cycle) -
     Its forces before and after the slip are near the extremes, friction is between these, and the misfit is as small.
     """
     force = averages.trace.force
-    high, low = float(force[slip.peak]), float(force[slip.trough])
+    high = float(force[slip.peak])
+    low = float(force[slip.trough])
     share = LEAST_DROP * (high - low)
-    between_samples = abs(rate) * float(np.diff(cycle.at).max())
+    longest_step = float(np.diff(cycle.at).max())
+    between_samples = abs(rate) * longest_step
     room = share + NOISE * averages.noise + between_samples
     top, bottom = cycle.static, cycle.trough
     if cycle.cell:  # which reads less than the peak, and more than the fall
         after = cycle.fit[cycle.at >= cycle.start]
-        top, bottom = float(cycle.fit.max()), float(after.min())
+        top = float(cycle.fit.max())
+        bottom = float(after.min())
     near = abs(top - high) <= room and abs(bottom - low) <= room
     between = low - room <= cycle.kinetic <= high + room
     return near and between and cycle.residual**2 <= share**2 + averages.noise**2
+
+
+class _Stretch(NamedTuple):
+    """Samples of a slip with half of the rise before and after it, and its size."""
+
+    time: Floats
+    force: Floats
+    peak: float
+    """Force before the fall."""
+    trough: float
+    drop: float
+    """Fall of the force from peak to trough."""
+    high: float
+    """Time when a quarter of the fall is over."""
+    length: float
+    """Duration of the fall."""
+
+
+def _stretch_of_slip(averages: Averaged, number: int) -> _Stretch:
+    """The stretch of a slip: half of each rise, as the other half belongs to the neighbours, whose fits need it as much."""
+    at, force = averages.trace.at, averages.trace.force
+    slips = averages.slips
+    slip = slips[number]
+    before = slips[number - 1].trough if number else 0
+    behind = len(at) - 1
+    if number + 1 < len(slips):
+        behind = slips[number + 1].peak
+    first = (before + slip.peak) // 2
+    last = (slip.trough + behind) // 2
+    peak, trough = force[slip.peak], force[slip.trough]
+    drop = float(peak - trough)
+    # Peak and trough are flat and full of noise: where a quarter is fallen, and where one is left, is surer.
+    falls = force[slip.peak : slip.trough + 1]
+    high = slip.peak + int(np.flatnonzero(falls >= peak - 0.25 * drop)[-1])
+    fallen = force[high : slip.trough + 1] <= trough + 0.25 * drop
+    low = high + int(np.argmax(fallen))
+    length = 3.0 * float(at[low] - at[high])  # of half a cosine, a third of its time is the middle half of its fall
+    stretch = slice(first, last + 1)
+    return _Stretch(at[stretch], force[stretch], peak, trough, drop, at[high], length)
 
 
 def _cycle(averages: Averaged, number: int, rate: float, unknown: Unknowns) -> Cycle:
@@ -256,19 +317,8 @@ def _cycle(averages: Averaged, number: int, rate: float, unknown: Unknowns) -> C
 
     rate: at which the force rises. If ζ is fitted, noise may find it below 0.
     """
-    at, force, slips = averages.trace.at, averages.trace.force, averages.slips
-    slip = slips[number]
-    before = slips[number - 1].trough if number else 0
-    behind = slips[number + 1].peak if number + 1 < len(slips) else len(at) - 1
-    first, last = (before + slip.peak) // 2, (slip.trough + behind) // 2
-    time, values = at[first : last + 1], force[first : last + 1]
-    drop = float(force[slip.peak] - force[slip.trough])
-    falls = force[slip.peak : slip.trough + 1]
-    is_high = falls >= force[slip.peak] - 0.25 * drop
-    high = slip.peak + int(np.flatnonzero(is_high)[-1])
-    fallen = force[high : slip.trough + 1] <= force[slip.trough] + 0.25 * drop
-    low = high + int(np.argmax(fallen))
-    length = 3.0 * float(at[low] - at[high])  # of half a cosine, a third of its time is the middle half of its fall
+    stretch = _stretch_of_slip(averages, number)
+    time, values, drop, length = stretch.time, stretch.force, stretch.drop, stretch.length
     fits_damping = unknown.damping is None
     count = 5 if fits_damping else 4
 
@@ -276,26 +326,30 @@ def _cycle(averages: Averaged, number: int, rate: float, unknown: Unknowns) -> C
     # stays above 0. Of a cell ln ω, ζ, and what still rings from the slip before.
     def motion(values: Floats) -> _Motion:
         omega = math.exp(values[3]) / length
-        start = at[high] + values[0] * length
+        start = stretch.high + values[0] * length
         static, kinetic = values[1] * drop, values[2] * drop
         zeta = values[4] if unknown.damping is None else unknown.damping
-        return _motion(time, float(start), float(static), float(kinetic), rate, omega, float(zeta))
+        forces = float(static), float(kinetic)
+        return _motion(time, float(start), *forces, rate, omega, float(zeta))
 
     def as_cell(values: Floats) -> Cell | None:
         if not unknown.fits_cell:
             return unknown.cell
-        return Cell(math.exp(values[-4]) / length, float(values[-3]))
+        frequency = math.exp(values[-4]) / length
+        return Cell(frequency, float(values[-3]))
 
     def reading(values: Floats) -> Floats:
-        found, cell = motion(values), as_cell(values)
+        pulled, cell = motion(values), as_cell(values)
         if cell is None:
-            return found.force
-        return _read_by_cell(time, found, rate, cell, drop * complex(values[-2], values[-1]))
+            return pulled.force
+        rings = drop * complex(values[-2], values[-1])
+        return _read_by_cell(time, pulled, rate, cell, rings)
 
-    top = force[slip.peak] / drop
-    middle = 0.5 * (force[slip.peak] + force[slip.trough]) / drop
+    top = stretch.peak / drop
+    middle = 0.5 * (stretch.peak + stretch.trough) / drop
     # Half a cosine falls by a quarter in its first third, half a natural period takes the slip's length, ω·length = π.
     guess = [-1.0 / 3.0, top, middle, math.log(math.pi), FIRST_DAMPING][:count]
+    # Bounds, as ω could leave its estimate for a ripple of noise, and from ζ = 1 on nothing oscillates.
     ends = [np.inf, np.inf, np.inf, math.log(FASTER), MOST_DAMPED][:count]
     least, most = [-end for end in ends], list(ends)
     if unknown.cell and unknown.fits_cell:
@@ -312,20 +366,26 @@ def _cycle(averages: Averaged, number: int, rate: float, unknown: Unknowns) -> C
         return (reading(unknowns) - values) / drop
 
     steps = np.full(len(guess), STEP)
+    # Whatever has not converged after 60 steps is no slip of this model, and `_is_inside` refuses it.
     best = scipy.optimize.least_squares(misfit, guess, bounds=(least, most), diff_step=steps, max_nfev=60)
     fit, cell = motion(best.x), as_cell(best.x)
     pin = fit.pin
-    omega, static = math.sqrt(pin.spring_stiffness), float(best.x[1] * drop)
+    omega = math.sqrt(pin.spring_stiffness)
+    static = float(best.x[1] * drop)
     slopes = np.asarray(best.jac)
     # Rows of the pseudoinverse lead from a misfit to unknowns: their norms are the most that one of norm 1 changes each.
-    most_changed = np.linalg.norm(np.linalg.pinv(slopes), axis=1)[1:count]
-    changes = most_changed * np.array([1.0, 1.0, 1.0 / drop, 1.0 / drop])[: count - 1]
+    inverse = np.linalg.pinv(slopes)
+    most_changed = np.linalg.norm(inverse, axis=1)[1:count]
+    # Misfit and forces were over the fall, which cancels in changes of forces; ln ω and ζ are pure numbers.
+    units = np.array([1.0, 1.0, 1.0 / drop, 1.0 / drop])
+    changes = most_changed * units[: count - 1]
     read = reading(best.x)
     # The damper pulls a pin at rest with c V = 2ζω · rate/ω².
+    damper = 2.0 * pin.damping_ratio / omega * rate
     return Cycle(
         start=pin.time,
         static=static,
-        driving=static + 2.0 * pin.damping_ratio / omega * rate,
+        driving=static + damper,
         kinetic=pin.friction_force,
         trough=fit.trough,
         period=2.0 * math.pi / omega,
@@ -354,16 +414,20 @@ def _motion(
     # In units of force the mass is 1: k = ω², and a stuck pin's force rises with kV, the rate. The pin starts where the
     # spring has the static force.
     stiffness, stage = omega**2, rate / omega**2
-    pin = Oscillator(stiffness, zeta, stage, kinetic, start, stage * start - static / stiffness)
+    position_at_start = stage * start - static / stiffness
+    pin = Oscillator(stiffness, zeta, stage, kinetic, start, position_at_start)
+    # A slip ends within a natural period; two of them leave room for any damping.
     stop = pin.first_stop(start + 4.0 * math.pi / omega)
     stop = time[-1] if math.isnan(stop) else stop
     trough = float(stiffness * (stage * stop - pin.compute_position(stop)))
     position, *_ = pin.motion(np.clip(time, start, stop))
     moving = stiffness * (stage * time - position)
-    before, after = static + rate * (time - start), trough + rate * (time - stop)
+    before = static + rate * (time - start)
+    after = trough + rate * (time - stop)
     stuck = np.where(time < start, before, after)
     slides = (time >= start) & (time < stop)
-    return _Motion(np.where(slides, moving, stuck), pin, static, float(stop), trough)
+    force = np.where(slides, moving, stuck)
+    return _Motion(force, pin, static, float(stop), trough)
 
 
 def _read_by_cell(time: Floats, motion: _Motion, rate: float, cell: Cell, left: complex) -> Floats:
@@ -374,25 +438,36 @@ def _read_by_cell(time: Floats, motion: _Motion, rate: float, cell: Cell, left: 
     go on.
     left: what rings from earlier slips, at the first time.
     """
-    pin, start, stop = motion.pin, motion.pin.time, max(motion.stop, motion.pin.time)
-    rings = _Ringing.of(cell.frequency, cell.damping)
-    slides = _Ringing.of(math.sqrt(pin.spring_stiffness), pin.damping_ratio)
+    pin = motion.pin
+    start = pin.time
+    stop = max(motion.stop, start)
+    rings = _Ringing.from_oscillator(cell.frequency, cell.damping)
+    slides = _Ringing.from_oscillator(math.sqrt(pin.spring_stiffness), pin.damping_ratio)
     late = 2.0 * cell.damping / cell.frequency * rate
     swing = slides.amplitude(motion.static - pin.friction_force, rate)
     pole = slides.pole
-    swing *= cell.frequency**2 / (pole**2 + 2.0 * cell.damping * cell.frequency * pole + cell.frequency**2)
+    damper = 2.0 * cell.damping * cell.frequency
+    swing *= cell.frequency**2 / (pole**2 + damper * pole + cell.frequency**2)
     # At the start of the slip: the reading before it, and its slope, less those of the part that follows the pin.
     value = motion.static - late - pin.friction_force - swing.real
     first = rings.amplitude(value, rate - (pole * swing).real)
     lasts = stop - start
-    moved, rung = swing * np.exp(pole * lasts), first * np.exp(rings.pole * lasts)
+    moved = swing * np.exp(pole * lasts)
+    rung = first * np.exp(rings.pole * lasts)
+    # At its end: the same, for the line of a pin that sticks again.
     value = pin.friction_force + (moved + rung).real - (motion.trough - late)
-    second = rings.amplitude(value, (pole * moved + rings.pole * rung).real - rate)
-    since, after = np.clip(time - start, 0.0, lasts), np.clip(time - stop, 0.0, None)
-    sliding = pin.friction_force + (swing * np.exp(pole * since) + first * np.exp(rings.pole * since)).real
+    slope = (pole * moved + rings.pole * rung).real - rate
+    second = rings.amplitude(value, slope)
+    # Clipped, as an exponential of times outside its part would overflow.
+    since = np.clip(time - start, 0.0, lasts)
+    after = np.clip(time - stop, 0.0, None)
+    oscillations = swing * np.exp(pole * since) + first * np.exp(rings.pole * since)
+    sliding = pin.friction_force + oscillations.real
     before = motion.static - late + rate * (time - start)
-    behind = motion.trough - late + rate * (time - stop) + (second * np.exp(rings.pole * after)).real
-    read = np.where(time < start, before, np.where(time < stop, sliding, behind))
+    ringing = second * np.exp(rings.pole * after)
+    behind = motion.trough - late + rate * (time - stop) + ringing.real
+    from_start = np.where(time < stop, sliding, behind)
+    read = np.where(time < start, before, from_start)
     still: Floats = (left * np.exp(rings.pole * (time - time[0]))).real
     return read + still
 
@@ -403,12 +478,15 @@ class _Ringing(NamedTuple):
     pole: complex
 
     @classmethod
-    def of(cls, frequency: float, damping: float) -> "_Ringing":
-        return cls(frequency * complex(-damping, math.sqrt(1.0 - damping**2)))
+    def from_oscillator(cls, frequency: float, damping: float) -> "_Ringing":
+        # λ of λ² + 2ζωλ + ω² = 0, below critical damping.
+        unit_pole = complex(-damping, math.sqrt(1.0 - damping**2))
+        return cls(frequency * unit_pole)
 
     def amplitude(self, value: float, slope: float) -> complex:
         """A of the oscillation that begins with this value and this slope."""
-        return complex(value, (self.pole.real * value - slope) / self.pole.imag)
+        imaginary = (self.pole.real * value - slope) / self.pole.imag
+        return complex(value, imaginary)
 
 
 class StaticForce(NamedTuple):
@@ -428,21 +506,26 @@ def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: fl
     period = float(np.median(np.diff(at[peaks])))
     first_trough = force[peaks[0] : peaks[1]].min()
     fall = float(force[peaks[0]] - first_trough)
-    reached = float(at[begin + int(np.argmax(values >= level))])
+    rises = at[begin:]
+    reached = float(rises[int(np.argmax(values >= level))])
     if reached <= float(at[begin]):
         return None
     rate = level / (reached - float(at[begin]))
     # The peaks of a pin that rings are a natural period apart.
     log_omega = math.log(2.0 * math.pi / period)
+    # Unknowns of size 1: start, μ_s, μ_k, ln ω, ζ and rate.
     scale = np.array([period, fall, fall, 1.0, 1.0, fall / period])
-    guess = np.array([reached, level, level, log_omega, 0.05, rate]) / scale
+    first_guess = np.array([reached, level, level, log_omega, 0.05, rate])
+    guess = first_guess / scale
 
     def misfit(unknown: Floats) -> Floats:
         start, static, kinetic, log_omega, zeta, rate = (unknown * scale).tolist()
-        computed = _motion(time, start, static, kinetic, rate, math.exp(log_omega), zeta)
+        omega = math.exp(log_omega)
+        computed = _motion(time, start, static, kinetic, rate, omega, zeta)
         return (computed.force - values) / fall
 
-    low, high = np.full(6, -np.inf), np.full(6, np.inf)
+    low = np.full(6, -np.inf)
+    high = np.full(6, np.inf)
     low[4], high[4] = 0.0, 0.9  # ζ
     steps = np.full(6, 1e-6)
     best = scipy.optimize.least_squares(misfit, guess, bounds=(low, high), diff_step=steps, max_nfev=100)
@@ -453,4 +536,5 @@ def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: fl
     # Covariance of least squares: (JᵀJ)⁻¹ times the mean squared residual.
     covariance = np.linalg.pinv(slopes.T @ slopes)
     errors = scale * np.sqrt(np.diag(covariance) * left)
-    return StaticForce(float(best.x[1] * scale[1]), float(errors[1]))
+    static_force = float(best.x[1] * scale[1])
+    return StaticForce(static_force, float(errors[1]))

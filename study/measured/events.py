@@ -1,4 +1,4 @@
-"""Events of a measured force: each fall of it, and how the falls are distributed, as those of a computed record."""
+"""Events of a measured force: each fall, and the distributions of falls by the functions for computed records."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,8 +24,7 @@ from nanoslip.study.measured.slips import (
 )
 
 BATCHES: Final = 8
-"""Batches of successive events of one trace, of which each is left out once for the ± of an exponent: as many as the members of
-an ensemble."""
+"""Batches of successive events of a trace for the ± of an exponent: each is left out once. As many as an ensemble has members."""
 ON_LINE: Final = 8
 """Most samples of the line that gives the force before and after a fall: single extremes are too far apart by noise."""
 
@@ -51,7 +50,7 @@ class TraceEvents:
 
 
 def find_events(trace: Trace) -> TraceEvents:
-    """All falls of a force that are above its noise and end in a rise; of strokes to and fro those of each."""
+    """All falls of a force that exceed its noise and end in a rise; strokes to and fro are searched one by one."""
     parts = [_events_of_pull(part) for part in _pulls(trace)]
     return TraceEvents(*np.concatenate(parts, axis=1))
 
@@ -71,16 +70,22 @@ def _events_of_pull(trace: Trace) -> Floats:
     averages = narrowest_means(trace)
     at, force = averages.trace.at, averages.trace.force
     slips, rises = _drop_rings(averages)
-    peaks, troughs = [slip.peak for slip in slips], [slip.trough for slip in slips]
+    peaks = [slip.peak for slip in slips]
+    troughs = [slip.trough for slip in slips]
     lows, highs = [0, *troughs], [*peaks, len(force) - 1]
-    before = [_peak_force(at, force, low, peak) for low, peak in zip(lows, peaks, strict=False)]
-    behind = [_trough_force(at, force, trough, high) for trough, high in zip(troughs, highs[1:], strict=True)]
+    rising = zip(lows, peaks, strict=False)
+    before = [_peak_force(at, force, low, peak) for low, peak in rising]
+    rising_again = zip(troughs, highs[1:], strict=True)
+    behind = [_trough_force(at, force, trough, high) for trough, high in rising_again]
     begins = at[peaks] if peaks else np.empty(0)
     apart = np.diff(begins)
     apart[[averages.has_gap(peak, following) for peak, following in pairwise(peaks)]] = math.nan
     drops = np.array(before) - np.array(behind)
-    recurrence, step = np.append(math.nan, apart), np.append(apart, math.nan)
-    return np.array([begins, before, drops, recurrence[: len(begins)], step[len(step) - len(begins) :], rises])
+    # Without an event there is no interval either: the lone NaN is cut off.
+    recurrence = np.append(math.nan, apart)[: len(begins)]
+    step = np.append(apart, math.nan)
+    step = step[len(step) - len(begins) :]
+    return np.array([begins, before, drops, recurrence, step, rises])
 
 
 def _drop_rings(averages: Averaged) -> tuple[list[TraceSlip], list[float]]:
@@ -103,7 +108,8 @@ def _drop_rings(averages: Averaged) -> tuple[list[TraceSlip], list[float]]:
     gaps = np.array([averages.has_gap(low, slip.peak) for low, slip in zip(lows, found, strict=False)])
     lasts[gaps & ~gaps.all()] = 0.0  # they tell nothing beside others
     order = np.argsort(rises)
-    half = np.searchsorted(np.cumsum(lasts[order]), lasts.sum() / 2.0)
+    passed = np.cumsum(lasts[order])
+    half = np.searchsorted(passed, lasts.sum() / 2.0)
     usual = float(rises[order][half])
     kept = np.flatnonzero((rises <= FASTER_THAN_PULL * usual) | gaps)
     rises[gaps] = math.nan
@@ -113,49 +119,60 @@ def _drop_rings(averages: Averaged) -> tuple[list[TraceSlip], list[float]]:
 def _peak_force(at: Floats, force: Floats, low: int, peak: int) -> float:
     """Force at a peak, on a line through samples up to it, of the later half of the rise."""
     first = max(low + (peak - low) // 2, peak - ON_LINE + 1)
-    return _fit_force(at[first : peak + 1], force[first : peak + 1], float(at[peak]))
+    samples = slice(first, peak + 1)
+    return _fit_force(at[samples], force[samples], float(at[peak]))
 
 
 def _trough_force(at: Floats, force: Floats, trough: int, high: int) -> float:
     """Force at a trough, on a line through samples from it on, of the earlier half of the rise."""
     last = min(trough + (high - trough) // 2, trough + ON_LINE - 1)
-    return _fit_force(at[trough : last + 1], force[trough : last + 1], float(at[trough]))
+    samples = slice(trough, last + 1)
+    return _fit_force(at[samples], force[samples], float(at[trough]))
 
 
 def _fit_force(at: Floats, force: Floats, place: float) -> float:
+    if len(at) == 1:
+        return float(force.mean())
     if len(at) < 3:
-        return float(force.mean()) if len(at) == 1 else float(np.interp(place, at, force))
+        return float(np.interp(place, at, force))
+    # Times since the place: the constant of the line is then the force there.
     line = np.polyfit(at - place, force, 1)
     return float(line[1])
 
 
 def event_numbers(events: Sequence[TraceEvents], unit: str, over: str) -> dict[str, Measured]:
-    """Numbers of the distributions of drops, and of steps from one to the next, named as those of a dataset.
+    """Numbers of the distributions of drops, and of steps from drop to drop, by the names that a dataset has for them.
 
-    events: of each of several traces, the members of an ensemble; of a single one its batches stand for them. ± of an exponent is
-    by leaving out members, that of a correlation the standard error of independent events.
+    events: of each trace; traces are the members of an ensemble, and a single trace is divided into batches. The ± of an
+    exponent comes from leaving out one member at a time, the ± of a correlation is the standard error for independent events.
     """
     members = list(events) if len(events) > 1 else _batches(events[0])
-    found = {"sized_events": Measured(float(sum(len(each.drop) for each in events)), math.nan, 0)}
+    count = sum(len(of_trace.drop) for of_trace in events)
+    found = {"sized_events": Measured(float(count), math.nan, 0)}
     place = "s" if over == "time" else "m"
-    found |= _size_numbers("drop", [each.drop for each in members], unit)
-    found |= _size_numbers("step", [each.step for each in members], place)
-    steps = np.concatenate([each.step for each in events])
+    found |= _size_numbers("drop", [member.drop for member in members], unit)
+    found |= _size_numbers("step", [member.step for member in members], place)
+    steps = np.concatenate([of_trace.step for of_trace in events])
     known = steps[np.isfinite(steps)]
     if len(known) > 1:
-        found["step_variation"] = Measured(float(known.std() / known.mean()), math.nan, len(known))
+        variation = float(known.std() / known.mean())
+        found["step_variation"] = Measured(variation, math.nan, len(known))
+    # Pairs within each trace: the last event of one file is no neighbour of the first of the next.
     pairs = {
-        "drop_correlation": [(each.drop[:-1], each.drop[1:]) for each in events],
-        "step_correlation": [(each.step[:-1], each.step[1:]) for each in events],
-        "drop_step_correlation": [(each.drop, each.step) for each in events],
+        "drop_correlation": [(of_trace.drop[:-1], of_trace.drop[1:]) for of_trace in events],
+        "step_correlation": [(of_trace.step[:-1], of_trace.step[1:]) for of_trace in events],
+        "drop_step_correlation": [(of_trace.drop, of_trace.step) for of_trace in events],
     }
     for name, columns in pairs.items():
-        first, second = (np.concatenate(column) for column in zip(*columns, strict=True))
-        count = int((np.isfinite(first) & np.isfinite(second)).sum())
+        firsts, seconds = zip(*columns, strict=True)
+        first, second = np.concatenate(firsts), np.concatenate(seconds)
+        both = np.isfinite(first) & np.isfinite(second)
+        count = int(both.sum())
         value = rank_correlation(first, second)
         if math.isfinite(value):
             # Of m independent pairs it is 0 with a standard error of 1/√(m - 1).
-            found[name] = Measured(value, 1.0 / math.sqrt(count - 1.0), count)
+            error = 1.0 / math.sqrt(count - 1.0)
+            found[name] = Measured(value, error, count)
     return found
 
 
@@ -170,7 +187,8 @@ def _size_numbers(name: str, members: Sequence[Floats], unit: str) -> dict[str, 
     if not sizes.count:
         return {}
     largest = Measured(sizes.largest, math.nan, 0, unit)
-    found = {f"{name}_mean": mean_with_error(_finite_part(np.concatenate(members)), unit), f"{name}_largest": largest}
+    known = _finite_part(np.concatenate(members))
+    found = {f"{name}_mean": mean_with_error(known, unit), f"{name}_largest": largest}
     if math.isfinite(sizes.exponent):
         found[f"{name}_exponent"] = Measured(sizes.exponent, sizes.exponent_uncertainty, sizes.tail)
         found[f"{name}_cutoff"] = Measured(sizes.cutoff, math.nan, 0, unit)
@@ -191,7 +209,7 @@ class EventUnits(NamedTuple):
     per_rate: float
 
     @classmethod
-    def of(cls, trace: Trace, load: float, velocity: float) -> "EventUnits":
+    def from_trace(cls, trace: Trace, load: float, velocity: float) -> "EventUnits":
         """Units of a trace whose force is over `load` (N) if that is known, of a stage with this velocity (m/s) if that is.
 
         A rise is in N if the load is known, so that it is a stiffness.

@@ -74,8 +74,10 @@ def whole_strokes(position: Floats, at: Floats | None = None) -> list[LoopStroke
     for first, last in pairwise(turns):
         way = 1 if position[last] > position[first] else -1
         strokes.append(LoopStroke(first, last, way))
-    lengths = [abs(float(position[stroke.last] - position[stroke.first])) for stroke in strokes]
-    open_ends = NOISE * noise_deviation(position) + 2.0 * float(np.abs(np.diff(position)).max())
+    ways = [position[stroke.last] - position[stroke.first] for stroke in strokes]
+    lengths = [abs(float(way)) for way in ways]
+    longest_step = float(np.abs(np.diff(position)).max())
+    open_ends = NOISE * noise_deviation(position) + 2.0 * longest_step
     least = [max(lengths) / 2.0] * len(strokes)
     if len(strokes) > 1:
         least[0] = max(least[0], lengths[1] - open_ends)
@@ -116,6 +118,7 @@ def measure_loops(
     begin = float(force[first : first + 3].mean())
     end = float(force[last - 3 : last].mean())
     begins_at_rest = abs(begin) < abs(end) / 2.0
+    # The first loading of a contact is another curve than its later ones; with few strokes it is all there is.
     if begins_at_rest and len(strokes) > 2:
         strokes, begins_at_rest = strokes[1:], False
     slopes = [_slope_after_turn(position, force, stroke) for stroke in strokes[1:]]
@@ -126,7 +129,7 @@ def measure_loops(
 
     def measure_strokes(measure: StrokeNumber) -> StrokeNumbers:
         values = [measure(position, force, stroke) for stroke in strokes]
-        return StrokeNumbers.of(np.array(values), ways)
+        return StrokeNumbers.from_strokes(np.array(values), ways)
 
     works = measure_strokes(_work)
     swings = measure_strokes(lambda _, force, stroke: stroke.way * _value_at_turn(position, force, stroke))
@@ -135,9 +138,11 @@ def measure_loops(
     )
     widths = measure_strokes(lambda position, force, stroke: -stroke.way * _place_of_zero(position, force, stroke))
     ends = measure_strokes(lambda position, _, stroke: stroke.way * _value_at_turn(position, position, stroke))
+    # A stroke is half a cycle.
     energies = works.times(2.0 * newtons)
     # The rig between stage and contact takes up a part of the stage's amplitude.
-    amplitudes = StrokeNumbers(ends.values - swings.values * (newtons / rig), ends.fitted)
+    in_rig = swings.values * (newtons / rig)
+    amplitudes = StrokeNumbers(ends.values - in_rig, ends.fitted)
     ratio = Measured(math.nan, math.nan, 0, "1")
     if len(amplitudes.values) and min(amplitudes.values.min(), swings.values.min()) > 0.0:
         # The rectangle around the loop, 2 swings high and 2 amplitudes wide.
@@ -146,14 +151,16 @@ def measure_loops(
     energy = energies.mean(energy_unit)
     secant = Measured(math.nan, math.nan, 0, stiffness_unit)
     if ratio.of:
-        secant = StrokeNumbers(newtons * swings.values / amplitudes.values, energies.fitted).mean(stiffness_unit)
+        secants = newtons * swings.values / amplitudes.values
+        secant = StrokeNumbers(secants, energies.fitted).mean(stiffness_unit)
     state = None
     if ratio.of and float(np.ptp(force)) > NOISE * noise_deviation(force):
         state = _state(ratio, energy)
     # The force is zero half-way through the stretching, and the loop is as wide there as the contact slides.
     stretching = math.nan
     if state == "slides" and len(widths.values):
-        stretching = 1.0 - float(widths.values.mean()) / float(ends.values.mean())
+        mean_width, mean_end = float(widths.values.mean()), float(ends.values.mean())
+        stretching = 1.0 - mean_width / mean_end
     found = {
         "cycle_energy": energy,
         "mid_stroke_friction": middles.mean(unit) if stretching <= MIDDLE[0] else None,
@@ -165,7 +172,8 @@ def measure_loops(
         "slip_amplitude": widths.mean("m") if state == "slides" else None,
         "energy_ratio": ratio,
     }
-    numbers = {name: number for name, number in found.items() if number is not None and number.of}
+    known = {name: number for name, number in found.items() if number is not None}
+    numbers = {name: number for name, number in known.items() if number.of}
     rigid = stiffness.of > 0 and not contact.of
     return Loops(numbers, state, rigid, begins_at_rest, stretching, position, force, tuple(strokes))
 
@@ -190,13 +198,14 @@ class StrokeNumbers(NamedTuple):
     fitted: int
 
     @classmethod
-    def of(cls, values: Floats, ways: Floats) -> "StrokeNumbers":
+    def from_strokes(cls, values: Floats, ways: Floats) -> "StrokeNumbers":
         """Take off what has the sign of the way: constant, and from three strokes on growing from stroke to stroke.
 
         Where a stroke is without samples there, it is left out.
         """
         there = np.isfinite(values)
-        kept, signs, order = values[there], ways[there], np.flatnonzero(there).astype(float)
+        kept, signs = values[there], ways[there]
+        order = np.flatnonzero(there).astype(float)
         if len(kept) < 2 or np.ptp(signs) == 0.0:
             return cls(np.empty(0), 1)
         columns = [np.ones(len(kept)), signs]
@@ -204,7 +213,8 @@ class StrokeNumbers(NamedTuple):
             columns.append(signs * (order - order.mean()))
         terms = np.column_stack(columns)
         solved, *_ = np.linalg.lstsq(terms, kept)
-        return cls(kept - terms[:, 1:] @ solved[1:], len(columns))
+        without_offset = kept - terms[:, 1:] @ solved[1:]
+        return cls(without_offset, len(columns))
 
     def times(self, factor: float) -> "StrokeNumbers":
         """The numbers times a factor."""
@@ -218,7 +228,8 @@ class StrokeNumbers(NamedTuple):
             return found._replace(uncertainty=math.nan)
         # Fitted unknowns leave less scatter, and fewer degrees of freedom for Student's t.
         free = count - self.fitted + 1
-        wider = math.sqrt((count - 1.0) / (free - 1.0)) * float(student(free) / student(count))
+        scatter_ratio = math.sqrt((count - 1.0) / (free - 1.0))
+        wider = scatter_ratio * float(student(free) / student(count))
         return found._replace(uncertainty=wider * found.uncertainty)
 
 
@@ -227,7 +238,8 @@ def _forces_along_strokes(position: Floats, force: Floats, strokes: Sequence[Loo
     # Friction has the sign of the way; the force of a contact that only yields rises with the position.
     means = [float(force[stroke.first : stroke.last].mean()) for stroke in strokes]
     along = sum(stroke.way * mean for stroke, mean in zip(strokes, means, strict=True))
-    rises = float(np.polyfit(position - position.mean(), force, 1)[0])
+    slope, _ = np.polyfit(position - position.mean(), force, 1)
+    rises = float(slope)
     size = len(strokes) * float(np.abs(force).mean())
     is_sliding = abs(along) > 0.1 * size
     return force * math.copysign(1.0, along if is_sliding else rises)
@@ -244,7 +256,8 @@ def _work(position: Floats, force: Floats, stroke: LoopStroke) -> float:
 def _shares(position: Floats, stroke: LoopStroke) -> Floats:
     """Shares of a stroke's way at its samples."""
     own = position[stroke.first : stroke.last + 1]
-    shares: Floats = (own - own[0]) / (own[-1] - own[0])
+    length = own[-1] - own[0]
+    shares: Floats = (own - own[0]) / length
     return shares
 
 
@@ -277,7 +290,9 @@ def _place_of_zero(position: Floats, force: Floats, stroke: LoopStroke) -> float
         return float(own[0])
     near = passed[passed < passed[0] + FEWEST_POINTS]
     way, rise = np.diff(own), np.diff(forces)
-    places = own[near] - forces[near] * way[near] / rise[near]
+    # Each by a line to the next sample.
+    to_zero = forces[near] * way[near] / rise[near]
+    places = own[near] - to_zero
     return float(np.median(places))
 
 
@@ -292,12 +307,14 @@ def _slope_after_turn(position: Floats, force: Floats, stroke: LoopStroke) -> fl
     if not level > begin:
         return math.nan
     gone = (rising - begin) / (level - begin)
-    within = np.flatnonzero((gone >= UNLOADED[0]) & (gone <= UNLOADED[1]))
+    is_within = (gone >= UNLOADED[0]) & (gone <= UNLOADED[1])
+    within = np.flatnonzero(is_within)
     if len(within) < 2:
         return math.nan
     # Both over time: a fit over positions would take their noise for way, and find a slope that is too small.
     order = within - within.mean()
-    rise, way = float(order @ forces[within]), float(order @ own[within])
+    rise = float(order @ forces[within])
+    way = float(order @ own[within])
     return stroke.way * rise / way if way else math.nan
 
 
@@ -313,7 +330,8 @@ def _less_rig(stiffness: Measured, rig: float) -> Measured:
         shown = f"{stiffness.value:.4g} ± {error:.2g} N/m"
         need = f"more than {shown}, by which the force rises after a turn: contact and rig in a row are softer than the rig"
         raise InvalidInput("rig", f"{rig:.4g} N/m", need)
-    if stiffness.value + (SURE * error if math.isfinite(error) else 0.0) >= rig:
+    known_error = error if math.isfinite(error) else 0.0
+    if stiffness.value + SURE * known_error >= rig:
         return Measured(math.nan, math.nan, 0, stiffness.unit)
     # Springs in series: 1/k = 1/k_contact + 1/k_rig, so errors grow by (k_contact/k)².
     contact = 1.0 / (1.0 / stiffness.value - 1.0 / rig)

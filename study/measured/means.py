@@ -49,7 +49,8 @@ def has_correlation(values: Floats) -> bool:
     differences = float(np.sum(np.diff(values) ** 2))
     alike = 1.0 - differences / (2.0 * squares)
     least = float(scipy.special.ndtri(1.0 - REJECTED))
-    return alike > least * math.sqrt((count - 2.0) / (count**2 - 1.0))
+    deviation = math.sqrt((count - 2.0) / (count**2 - 1.0))
+    return alike > least * deviation
 
 
 def mean_of_cycles(
@@ -73,9 +74,11 @@ def mean_of_cycles(
         work, lasts = _batch_sums(work), _batch_sums(lasts)
     without: Any = []
     if len(lasts) > 1:
-        without = (work.sum() - work) / (lasts.sum() - lasts)
+        other_work, other_time = work.sum() - work, lasts.sum() - lasts
+        without = other_work / other_time
     mean = float(work.sum() / lasts.sum())
-    return {"mean_force": Measured(mean, jackknife(without), int(kept.sum()), unit)}
+    error = jackknife(without)
+    return {"mean_force": Measured(mean, error, int(kept.sum()), unit)}
 
 
 def _batch_sums(values: Floats) -> Floats:
@@ -85,7 +88,8 @@ def _batch_sums(values: Floats) -> Floats:
 
 def _impulse(at: Floats, force: Floats) -> Floats:
     """The force added up from the first sample to each."""
-    parts = np.diff(at) * (force[1:] + force[:-1]) / 2.0
+    heights = (force[1:] + force[:-1]) / 2.0
+    parts = np.diff(at) * heights
     return np.concatenate(([0.0], np.cumsum(parts)))
 
 
@@ -107,6 +111,7 @@ def steady_mean(at: Floats, force: Floats, unit: str) -> tuple[Measured, float, 
     means = blocks.reshape(8, -1).mean(axis=1)
     change = math.nan
     if complaint:
-        slope, _ = np.polyfit(np.linspace(-0.5, 0.5, 8), means, 1)
+        places = np.linspace(-0.5, 0.5, 8)  # of a trace of length 1: the slope is the change along all of it
+        slope, _ = np.polyfit(places, means, 1)
         change = float(slope / means.mean())
     return mean_with_error(means, unit), float(edges[truncation(bins)]), change

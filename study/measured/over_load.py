@@ -25,6 +25,7 @@ def has_changing_load(load: Floats) -> bool:
     """True if the load, where there is one, differs by more than twice between its lowest and its highest tenth."""
     load = np.abs(load)
     contact = load[load > np.median(load) / 2.0]
+    # Tenths, as the first and last samples may be those of a contact that comes and goes.
     low, high = np.quantile(contact, (0.1, 0.9))
     return bool(high > CHANGES_BY * low)
 
@@ -35,10 +36,13 @@ def friction_over_load(load: Floats, force: Floats) -> dict[str, Measured]:
     Parts without sliding are left out: further from the line of Theil and Sen than others by ten robust standard deviations.
     """
     count = min(MOST_MEANS, len(load))
-    loads, forces = _group_means(np.abs(load), count), _group_means(force, count)
+    loads = _group_means(np.abs(load), count)
+    forces = _group_means(force, count)
+    # Theil and Sen's line is that of most pairs: parts at rest do not bend it.
     robust = scipy.stats.theilslopes(forces, loads)
     off = np.abs(forces - robust.intercept - robust.slope * loads)
-    rounding = np.finfo(float).eps * float(np.abs(forces).max())
+    largest = float(np.abs(forces).max())
+    rounding = np.finfo(float).eps * largest
     slides = off <= NOISE * max(float(np.median(off)), rounding)
     loads, forces = loads[slides], forces[slides]
     line = scipy.stats.linregress(loads, forces)
@@ -49,16 +53,20 @@ def friction_over_load(load: Floats, force: Floats) -> dict[str, Measured]:
         without.append((part.slope, part.intercept))
     slopes, intercepts = np.array(without).T
     count = len(loads)
+    slope = Measured(float(line.slope), float(jackknife(slopes)), count)
+    intercept = Measured(float(line.intercept), float(jackknife(intercepts)), count, "N")
     return {
-        "friction_slope": Measured(float(line.slope), float(jackknife(slopes)), count),
-        "friction_intercept": Measured(float(line.intercept), float(jackknife(intercepts)), count, "N"),
+        "friction_slope": slope,
+        "friction_intercept": intercept,
         "load_correlation": Measured(float(line.rvalue), math.nan, 0),
     }
 
 
 def has_different_loads(loads: Sequence[float]) -> bool:
     """True if loads of several files are known, and differ by more than what counts as steady."""
-    return bool(len(loads) > 1 and np.ptp(loads) > LARGEST_CHANGE * max(loads))
+    if len(loads) < 2:
+        return False
+    return bool(np.ptp(loads) > LARGEST_CHANGE * max(loads))
 
 
 def friction_of_files(loads: Sequence[float], forces: Sequence[Measured]) -> dict[str, Measured]:
@@ -72,17 +80,24 @@ def friction_of_files(loads: Sequence[float], forces: Sequence[Measured]) -> dic
     if count > 2:
         # Of m files a line leaves m - 2 degrees of freedom, as many as the mean of m - 1.
         quantile = float(student(count - 1))
-        slope_error, intercept_error = quantile * float(line.stderr), quantile * float(line.intercept_stderr)
+        slope_error = quantile * float(line.stderr)
+        intercept_error = quantile * float(line.intercept_stderr)
     else:
-        (first, second), apart = (force.uncertainty for force in forces), abs(loads[1] - loads[0])
+        # Slope (F_2 - F_1)/(W_2 - W_1), intercept (W_2 F_1 - W_1 F_2)/(W_2 - W_1), the errors of both forces independent.
+        first, second = (force.uncertainty for force in forces)
+        apart = abs(loads[1] - loads[0])
         slope_error = math.hypot(first, second) / apart
-        intercept_error = math.hypot(loads[1] * first, loads[0] * second) / apart
+        weighted = loads[1] * first, loads[0] * second
+        intercept_error = math.hypot(*weighted) / apart
+    slope = Measured(float(line.slope), float(slope_error), count)
+    intercept = Measured(float(line.intercept), float(intercept_error), count, "N")
     return {
-        "friction_slope": Measured(float(line.slope), float(slope_error), count),
-        "friction_intercept": Measured(float(line.intercept), float(intercept_error), count, "N"),
+        "friction_slope": slope,
+        "friction_intercept": intercept,
         "load_correlation": Measured(float(line.rvalue), math.nan, 0),
     }
 
 
 def _group_means(values: Floats, count: int) -> Floats:
-    return np.array([group.mean() for group in np.array_split(values, count)])
+    means = [group.mean() for group in np.array_split(values, count)]
+    return np.array(means)

@@ -90,17 +90,20 @@ class Trace:
     """Mean normal load in N by which measured forces were divided."""
 
     def __post_init__(self) -> None:
-        _require_numbers(self.over, self.at, np.diff(self.at).min())
+        least_step = np.diff(self.at).min()
+        _require_numbers(self.over, self.at, least_step)
         _require_numbers("force", self.force, np.ptp(self.force))
 
-    def without(self, offset: float, drift: float) -> "Trace":
+    def subtract(self, offset: float, drift: float) -> "Trace":
         """The trace less a constant force, and less a drift that grows from its start on."""
-        return replace(self, force=self.force - offset - drift * (self.at - self.at[0]))
+        since = self.at - self.at[0]
+        return replace(self, force=self.force - offset - drift * since)
 
     def average(self, width: int) -> "Trace":
         """Average neighbouring samples in groups of `width`."""
         kept = len(self.at) // width * width
-        groups = (values[:kept].reshape(-1, width) for values in (self.at, self.force))
+        columns = (self.at[:kept], self.force[:kept])
+        groups = (values.reshape(-1, width) for values in columns)
         at, force = (samples.mean(axis=1) for samples in groups)
         return replace(self, at=at, force=force, load=None, position=None)
 
@@ -112,10 +115,11 @@ class Trace:
 
     def part(self, first: int, last: int, sign: float = 1.0, offset: float = 0.0) -> "Trace":
         """Samples from `first` up to `last`, times `sign` after an offset is subtracted."""
+        at = self.at[first:last]
         force = sign * (self.force[first:last] - offset)
-        return replace(self, at=self.at[first:last], force=force, load=None, position=None)
+        return replace(self, at=at, force=force, load=None, position=None)
 
-    def between(self, start: float, end: float) -> "Trace":
+    def select_span(self, start: float, end: float) -> "Trace":
         """The samples from `start` to `end` (s or m, as in the file; NaN for no limit). Raises InvalidInput of too few."""
         # Comparisons with NaN are false: it cuts nothing off.
         outside = (self.at < start) | (self.at > end)
@@ -126,13 +130,15 @@ class Trace:
     def _select(self, kept: NDArray[np.bool_]) -> "Trace":
         load = None if self.load is None else self.load[kept]
         position = None if self.position is None else self.position[kept]
-        return replace(self, at=self.at[kept], force=self.force[kept], load=load, position=position)
+        at, force = self.at[kept], self.force[kept]
+        return replace(self, at=at, force=force, load=load, position=position)
 
     def divide_by_load(self) -> "Trace":
         """Friction coefficients, if the file has a load column; samples with less than half of its median are left out."""
         if self.load is None:
             return self
-        load = self.load * math.copysign(1.0, float(np.median(self.load)))
+        sign = math.copysign(1.0, float(np.median(self.load)))  # some cells count pressing as negative
+        load = self.load * sign
         kept = load > np.median(load) / 2.0
         if not kept.any():
             raise InvalidInput(f"normal load = {load.min():.4g} to {load.max():.4g} N: needs values other than 0")
@@ -140,9 +146,12 @@ class Trace:
         if source is not None:
             source = replace(source, unloaded=int((~kept).sum()))
         loaded = self._select(kept)
-        mean_load = float(load[kept].mean()) if self.unit == "N" else math.nan
+        mean_load = math.nan
+        if self.unit == "N":
+            mean_load = float(load[kept].mean())
         coefficients = loaded.force / load[kept]
-        return replace(loaded, force=coefficients, unit="1", load=None, source=source, mean_load=mean_load)
+        coefficient = replace(loaded, force=coefficients, unit="1", load=None)
+        return replace(coefficient, source=source, mean_load=mean_load)
 
 
 def _require_numbers(name: str, values: Floats, least: float) -> None:
@@ -165,8 +174,10 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     """A trace from its file's text. Raises InvalidInput with line and value."""
     source = read_columns(path, text)
     columns = _column_positions(source, given)
-    at, force = source.columns[columns.at], source.columns[columns.force]
-    is_displacement = bool(given.displacement) or (not given.time and _role(at) == "displacement")
+    at = source.columns[columns.at]
+    force = source.columns[columns.force]
+    named_displacement = not given.time and _role(at) == "displacement"
+    is_displacement = bool(given.displacement) or named_displacement
     over = "displacement" if is_displacement else "time"
     if columns.position is not None and given.displacement:
         over = "time"  # a stage that turns
@@ -184,20 +195,25 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     goes = "goes on" if over == "time" else "goes one way: one stroke"
     found = one_way(rows, over, goes, turns=over == "displacement")
     spikes = outliers(found.others[0])
-    values = dict(zip(places[1:], found.others[:, ~spikes], strict=False))
+    others = found.others[:, ~spikes]
+    values = dict(zip(places[1:], others, strict=False))
     measured = values[columns.force]
     # Some cells count the other way.
-    sign = 1.0 if two_way(measured) else math.copysign(1.0, float(measured.mean()))
+    sign = 1.0
+    if not two_way(measured):
+        sign = math.copysign(1.0, float(measured.mean()))
     load = position = None
     if columns.load is not None:
-        load = values[columns.load] * _scale_of_load(source.columns[columns.load], unit)
+        load_column = source.columns[columns.load]
+        load = values[columns.load] * _scale_of_load(load_column, unit)
     if turning:
         position = found.others[-1][~spikes] * scale
     elif columns.position is not None:
         column = source.columns[columns.position]
         position = values[columns.position] * _scale_of_place("displacement", given.displacement, column)
     taken = tuple(source.columns[place].name for place in places)
-    facts = TraceSource(source, taken, found, rows.holes, int(spikes.sum()))
+    spike_count = int(spikes.sum())
+    facts = TraceSource(source, taken, found, rows.holes, spike_count)
     places_in_si = found.at[~spikes] * scale
     forces = sign * measured * up
     return Trace(places_in_si, forces, over, unit, load, facts, position)
@@ -228,16 +244,20 @@ class ChosenColumns(NamedTuple):
 def has_turns(position: Floats) -> bool:
     """True if a stage goes back by more than its noise and a tenth of its range, in more than a jump of few samples."""
     turns = turning_points(position)
-    return bool(len(turns) > 2 and min(np.diff(turns)) >= FEWEST_POINTS)
+    # A jump in the readings goes back, too, and within few samples.
+    return len(turns) > 2 and bool(min(np.diff(turns)) >= FEWEST_POINTS)
 
 
 def turning_points(position: Floats) -> list[int]:
     """The first sample, all samples at which the stage turns, and the last sample."""
-    least = max(NOISE * noise_deviation(position), LEAST_DROP * float(np.ptp(position)))
+    tenth = LEAST_DROP * float(np.ptp(position))
+    least = max(NOISE * noise_deviation(position), tenth)
     away = np.flatnonzero(np.abs(position - position[0]) > least)
     if not len(away):
         return [0, len(position) - 1]
-    way = math.copysign(1.0, float(position[away[0]] - position[0]))
+    # A stage may rest before it goes: its way is that of the first place clearly away from the start.
+    first_away = float(position[away[0]] - position[0])
+    way = math.copysign(1.0, first_away)
     turns, far = [0], 0
     for place, value in enumerate(position.tolist()):
         if way * value > way * position[far]:
@@ -257,22 +277,27 @@ def _rows_along_way(rows: Rows) -> Rows:
     turns = turning_points(position)
     if len(turns) > 2 and not has_turns(position):
         return rows
-    forward = np.diff(position) * (position[-1] - position[0])
+    overall = position[-1] - position[0]
+    forward = np.diff(position) * overall
     if len(turns) == 2 and (forward >= 0.0).all():
         return rows
     least = NOISE * noise_deviation(position)
-    back = float((np.maximum.accumulate(position) - position).max())
-    forth = float((position - np.minimum.accumulate(position)).max())
+    fallen = np.maximum.accumulate(position) - position
+    risen = position - np.minimum.accumulate(position)
+    back, forth = float(fallen.max()), float(risen.max())
     if len(turns) == 2 and min(back, forth) > least:
         return rows  # a step back that is no noise: `one_way` names its line
     way, gone = np.empty_like(position), 0.0
     for first, last in pairwise(turns):
         leg = slice(first, last + 1)
-        sign = math.copysign(1.0, float(position[last] - position[first]))
+        leg_length = float(position[last] - position[first])
+        sign = math.copysign(1.0, leg_length)
         smooth = scipy.optimize.isotonic_regression(sign * position[leg]).x
         way[leg] = gone + smooth - smooth[0]
         gone = float(way[last])
-    others = [*rows.values[1:], position] if len(turns) > 2 else rows.values[1:]
+    others = list(rows.values[1:])
+    if len(turns) > 2:
+        others.append(position)
     return rows._replace(values=np.array([way, *others]))
 
 
@@ -311,7 +336,8 @@ def _scale_of_force(column: FileColumn, given: str) -> tuple[float, str]:
 
 def _role(column: FileColumn) -> str:
     """Role of a column by its unit and name; empty if these do not determine it."""
-    by_name = next((role for role, words in _ROLES.items() if words.search(column.name)), "")
+    roles = (role for role, words in _ROLES.items() if words.search(column.name))
+    by_name = next(roles, "")
     if column.dimension in ("N", "Pa"):
         return "load" if by_name == "load" else "force"
     return by_name if column.dimension == "1" else _OF_DIMENSION.get(column.dimension, "")
@@ -326,14 +352,15 @@ def _column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns
         role = _role(column)
         if role in of:
             of[role].append(place)
-    names_force = any(_ROLES["force"].search(each.name) for each in source.columns)
+    names = [column.name for column in source.columns]
+    names_force = any(_ROLES["force"].search(name) for name in names)
     if not names_force and len(of["load"]) == 1:
         name = source.columns[of["load"][0]].name.casefold()
         if "normal" not in name:
             of["force"], of["load"] = of["load"], []  # a tensile tester pulls by its load
     forces = of["force"] or of["coefficient"]
     if len(forces) > 1:
-        of_friction = [place for place in forces if _FRICTION.search(source.columns[place].name)]
+        of_friction = [place for place in forces if _FRICTION.search(names[place])]
         forces = of_friction or forces
     positions, times = of["displacement"], of["time"]
     turning = [place for place in positions if _is_turning(source, place)]
@@ -341,7 +368,9 @@ def _column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns
     is_followed_in_time = bool(turning) and len(times) == 1
     overs = positions if given.displacement and not is_followed_in_time else times or positions
     if len(overs) == len(forces) == 1:
-        load = of["load"][0] if of["load"] and forces[0] in of["force"] else None
+        # A coefficient is over its load already.
+        is_force = forces[0] in of["force"]
+        load = of["load"][0] if of["load"] and is_force else None
         position = turning[0] if overs == times and len(turning) == 1 else None
         return ChosenColumns(overs[0], forces[0], load, position)
     if len(source.columns) == 2 and len(overs) < 2 and len(forces) < 2 and not of["load"]:
@@ -356,7 +385,8 @@ def _is_turning(source: FileColumns, place: int) -> bool:
     """True if a column of positions has most of its numbers, and turns."""
     values = source.columns[place].values
     known = values[np.isfinite(values)]
-    return len(known) >= max(FEWEST_POINTS, len(values) / 2) and has_turns(known)
+    has_most = len(known) >= max(FEWEST_POINTS, len(values) / 2)
+    return has_most and has_turns(known)
 
 
 _PARTS: Final = 8
@@ -372,10 +402,14 @@ def noise_deviation(force: Floats, width: int = 1) -> float:
     """
     steps = np.abs(np.diff(force))
     # A number rounded to steps of s is off by anything up to s/2, evenly: s/√12.
-    rounding = steps[steps > 0.0].min(initial=math.inf) / math.sqrt(12.0)
+    smallest = steps[steps > 0.0].min(initial=math.inf)
+    rounding = smallest / math.sqrt(12.0)
+    # Sums from the first force on: a large offset would take digits of them.
     sums = np.concatenate(([0.0], np.cumsum(force - force[0])))
     means = (sums[width:] - sums[:-width]) / width
-    second = np.abs(means[2 * width :] - 2.0 * means[width:-width] + means[: -2 * width])
+    # Means that share no sample: a drift and a slow rise cancel in their second difference.
+    before, at, after = means[: -2 * width], means[width:-width], means[2 * width :]
+    second = np.abs(after - 2.0 * at + before)
     parts = max(1, min(_PARTS, len(force) // (2 * FEWEST_POINTS)))
     sizes = [float(np.median(part)) for part in np.array_split(second, parts)]
     # Second differences of white noise have the variance (1 + 4 + 1)σ²; _NORMAL leads from their median size to √6 σ.
@@ -417,16 +451,19 @@ def outliers(force: Floats) -> NDArray[np.bool_]:
     padded = np.pad(force, _BESIDE, mode="reflect")
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _BESIDE + 1)
     middle = np.median(windows, axis=1)
-    spread = _NORMAL * np.median(np.abs(windows - middle[:, None]), axis=1)
+    distances = np.abs(windows - middle[:, None])
+    spread = _NORMAL * np.median(distances, axis=1)
     apart = np.diff(windows, axis=1)
     before, behind = apart[:, _BESIDE - 1], -apart[:, _BESIDE]
     smaller = np.minimum(np.abs(before), np.abs(behind))
     lone = np.where(before * behind > 0.0, smaller, 0.0)
     # Without the sample its neighbours are next to each other: they differ by `before - behind`.
-    earlier, later = apart[:, : _BESIDE - 1], apart[:, _BESIDE + 1 :]
+    earlier = apart[:, : _BESIDE - 1]
+    later = apart[:, _BESIDE + 1 :]
     beside = np.column_stack((earlier, before - behind, later))
     others = np.abs(beside).max(axis=1)
-    far: NDArray[np.bool_] = np.abs(force - middle) > np.maximum(_BESIDE * spread, least)
+    off = np.abs(force - middle)
+    far: NDArray[np.bool_] = off > np.maximum(_BESIDE * spread, least)
     far |= lone > np.maximum(_BESIDE * others, least)
     return far
 
@@ -440,7 +477,8 @@ def two_way(force: Floats) -> bool:
 
     Noise alone is no stroke.
     """
-    middle = (float(force.max()) + float(force.min())) / 2.0
+    extremes = float(force.max()) + float(force.min())
+    middle = extremes / 2.0
     high = float(np.median(force[force >= middle]))
     low = float(np.median(force[force <= middle]))
     if not low < 0.0 < high:
@@ -468,11 +506,12 @@ def limits(force: Floats) -> Limits:
         is_extreme = np.concatenate(([False], force == extreme, [False]))
         edges = np.flatnonzero(np.diff(is_extreme))
         # Each run as its first sample and the one after it; how a run at an end of the trace was entered is unknown.
-        inner = [(low, high) for low, high in edges.reshape(-1, 2) if low > 0 and high < len(force)]
-        runs = [(low, high) for low, high in inner if high - low >= 3]
+        runs = [(low, high) for low, high in edges.reshape(-1, 2) if low > 0 and high < len(force)]
+        runs = [(low, high) for low, high in runs if high - low >= 3]
         jumps = [max(steps[low - 1], steps[high - 1]) for low, high in runs]
         if len(runs) < 2 or not np.median(jumps) > 2.0 * smallest:
             return 0
         return sum(high - low for low, high in runs)
 
-    return Limits(cut(float(force.min())), cut(float(force.max())))
+    lowest, highest = float(force.min()), float(force.max())
+    return Limits(cut(lowest), cut(highest))

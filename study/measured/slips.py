@@ -50,9 +50,12 @@ def _averaging_width(trace: Trace, width: int) -> Averaged:
     noise = noise_deviation(trace.force, width)
     trace = trace.average(width)
     force = trace.force
-    drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
-    slips = [slip for slip in find_slips(force, max(NOISE * noise, drop)) if slip.peak > 0]
-    return Averaged(width, trace, noise, drop, slips, find_gaps(trace.at, _usual_cycle(trace, slips)))
+    falls = np.maximum.accumulate(force) - force
+    drop = LEAST_DROP * float(falls.max())
+    found = find_slips(force, max(NOISE * noise, drop))
+    slips = [slip for slip in found if slip.peak > 0]  # a trace that begins with a fall begins in the middle of a slip
+    gaps = find_gaps(trace.at, _usual_cycle(trace, slips))
+    return Averaged(width, trace, noise, drop, slips, gaps)
 
 
 def _usual_cycle(trace: Trace, slips: Sequence[TraceSlip]) -> float:
@@ -67,6 +70,7 @@ def _usual_cycle(trace: Trace, slips: Sequence[TraceSlip]) -> float:
 
 def narrowest_means(trace: Trace) -> Averaged:
     """The narrowest means that show all slips but one, as a slip at an end may be visible or not."""
+    # Each doubling divides the noise by √2: finer steps would gain little.
     powers = (len(trace.at) // FEWEST_POINTS).bit_length() or 1
     widths = [_averaging_width(trace, 2**power) for power in range(powers)]
     most = max(len(averages.slips) for averages in widths)
@@ -81,9 +85,11 @@ def end_of_pull(averages: Averaged) -> int:
     force, slips = averages.trace.force, averages.slips
     if not slips:
         return 0
-    last, drops = slips[-1], [force[slip.peak] - force[slip.trough] for slip in slips]
+    last = slips[-1]
+    drops = [force[slip.peak] - force[slip.trough] for slip in slips]
     regular = False
     if len(slips) > 2:
+        # The fall at the end of a pull is longer than a slip, so it does not count.
         whole = drops[-1 if last.ended else -2]
         regular = whole > 0.5 * drops[0] and keeps_sliding(averages)
     if last.ended:
@@ -96,7 +102,8 @@ def end_of_pull(averages: Averaged) -> int:
     high = np.flatnonzero(above[last.peak : last.trough + 1])
     end = last.peak + int(high[-1]) + 1
     top = force[int(np.argmax(above)) : end]  # its median is an eighth of the fall below the peak if it rises and falls
-    steady = len(top) >= FEWEST_POINTS and force[last.peak] - np.median(top) < drops[-1] / 16.0
+    below_peak = force[last.peak] - np.median(top)
+    steady = len(top) >= FEWEST_POINTS and below_peak < drops[-1] / 16.0
     return end if regular or steady or _rests(averages) else 0
 
 
@@ -106,7 +113,8 @@ def _rests(averages: Averaged) -> bool:
     time = averages.recorded_time()
     last, before = slips[-1], slips[-2].trough if len(slips) > 1 else 0
     low = 0.75 * force[last.trough] + 0.25 * force[last.peak]
-    fell = last.peak + int(np.argmax(force[last.peak :] <= low))
+    is_low = force[last.peak :] <= low
+    fell = last.peak + int(np.argmax(is_low))
     if len(at) - fell < FEWEST_POINTS:
         return False
     if abs(np.median(force[fell:])) > LEAST_DROP * force[last.peak]:
@@ -126,9 +134,11 @@ def keeps_sliding(averages: Averaged) -> bool:
     if not slips:
         return True
     peaks = at[[slip.peak for slip in slips]]
-    behind = force[(slips[-1].peak + len(at)) // 2 :]
+    middle = (slips[-1].peak + len(at)) // 2
+    behind = force[middle:]
     level = np.ptp(behind) <= max(averages.drop, NOISE * averages.noise)
-    rise = peaks[0] - at[begin_of_rise(force, slips[0].peak)]
+    begin = begin_of_rise(force, slips[0].peak)
+    rise = peaks[0] - at[begin]
     longest = np.diff(peaks).max() if len(slips) > 1 else rise
     return bool(level and at[-1] - peaks[-1] > longest)
 
@@ -138,6 +148,7 @@ def find_slips(force: Floats, drop: float) -> list[TraceSlip]:
     found: list[TraceSlip] = []
     high = low = 0
     falling = False
+    # With hysteresis: a peak counts once the force has fallen by `drop`, a trough once it has risen by as much.
     for place, value in enumerate(force.tolist()):
         if falling:
             low = place if value < force[low] else low
@@ -153,15 +164,18 @@ def find_slips(force: Floats, drop: float) -> list[TraceSlip]:
 
 def is_turned(at: Floats, slips: Sequence[TraceSlip]) -> bool:
     """True if the force falls more slowly than it rises. In stick-slip the slip is the shorter part."""
+    # The last slip may not have ended.
     falls = sum(at[slip.trough] - at[slip.peak] for slip in slips[:-1])
-    rises = sum(at[after.peak] - at[slip.trough] for slip, after in pairwise(slips))
+    neighbours = pairwise(slips)
+    rises = sum(at[after.peak] - at[slip.trough] for slip, after in neighbours)
     return bool(falls > 1.5 * rises)
 
 
 def begin_of_rise(force: Floats, high: int) -> int:
     """The sample from which the force rises to that of the first peak: before, a stage may be at rest."""
     smooth = np.maximum.accumulate(force[:high])
-    rises = int(np.searchsorted(smooth, 0.9 * force[0] + 0.1 * force[high]))
+    tenth = 0.9 * force[0] + 0.1 * force[high]
+    rises = int(np.searchsorted(smooth, tenth))
     return min(rises, high - 1)
 
 
@@ -169,8 +183,11 @@ def rise_rate(at: Floats, force: Floats, low: int, high: int) -> float:
     """Rate of the force in the middle of its rise between two samples."""
     if low == 0:
         low = begin_of_rise(force, high)
-    middle = slice(low + (high - low) // 5, high - (high - low) // 5 + 1)
-    return float(np.polyfit(at[middle] - at[low], force[middle], 1)[0])
+    # Without a fifth at each end: there the pin may creep before it slips, or ring after it.
+    margin = (high - low) // 5
+    middle = slice(low + margin, high - margin + 1)
+    slope, _ = np.polyfit(at[middle] - at[low], force[middle], 1)
+    return float(slope)
 
 
 def top_of_ramp(force: Floats, level: float) -> int:
@@ -203,13 +220,15 @@ def ring_width(trace: Trace, averages: Averaged) -> int:
     While a pin sticks the force rises by k·V, while it slides by k·(V - v): what rises faster than the first pull does, time and
     again, is no friction.
     """
-    at, force, slips = averages.trace.at, averages.trace.force, averages.slips
+    at, force = averages.trace.at, averages.trace.force
+    slips = averages.slips
     pulled = ramp(at, force, float(np.median(force)))
     if len(slips) <= FEWEST or not pulled or not pulled[0] > 0.0:
         return 0
     troughs = [slip.trough for slip in slips[:-1]]
     peaks = [slip.peak for slip in slips]
-    rises = (force[peaks[1:]] - force[troughs]) / (at[peaks[1:]] - at[troughs])
+    raised = force[peaks[1:]] - force[troughs]
+    rises = raised / (at[peaks[1:]] - at[troughs])
     if not np.median(rises) > FASTER_THAN_PULL * pulled[0]:
         return 0
     period = round(float(np.median(np.diff(peaks))))
@@ -245,27 +264,34 @@ def breakaway(at: Floats, force: Floats, level: float) -> Breakaway | None:
     width = max(_ON_LINE, (top - low) // 16)
     sums = np.concatenate(([0.0], np.cumsum(force)))
     ramp_length = top - low
-    after = np.arange(top, min(top + ramp_length, len(force) - width))
+    last = min(top + ramp_length, len(force) - width)
+    after = np.arange(top, last)
     if 2 * width > ramp_length or not len(after):
         return None
     if find_gaps(at, float(at[top] - at[low]))[low : top + ramp_length].any():
         return None
     # Sum of `width` samples before each place, less that of as many after it.
     falls = 2.0 * sums[after] - sums[after - width] - sums[after + width]
-    sample = _sample_of_break(at, force, int(after[np.argmax(falls)]), width)
+    steepest = int(after[np.argmax(falls)])
+    sample = _sample_of_break(at, force, steepest, width)
     before = slice(sample - 2 * width, sample)
+    # Times since the break: the constant of the line is then the force there, and its error that of the force.
     middle = at[sample - 1 : sample + 1].mean()
-    line, scatter = np.polyfit(at[before] - middle, force[before], 1, cov=True)
+    time = at[before] - middle
+    line, scatter = np.polyfit(time, force[before], 1, cov=True)
     slides = force[sample + width :]
     whole = len(slides) // width * width
     means = slides[:whole].reshape(-1, width).mean(axis=1)
-    spread = float(means.std(ddof=1)) if len(means) > FEWEST else math.inf
+    spread = math.inf
+    if len(means) > FEWEST:
+        spread = float(means.std(ddof=1))
     # A line through 2·width samples has two numbers of its own: Student's t with 2·width - 2 degrees of freedom.
     quantile = float(scipy.special.stdtrit(2 * width - 2, ONE_SIGMA))
     scattered = math.sqrt(scatter[1, 1]) * quantile
     step = line[0] * (at[sample] - at[sample - 1])
     error = math.hypot(scattered, step / math.sqrt(12.0))  # anywhere between samples
-    above = line[1] - level > NOISE / 2.0 * math.hypot(spread, error)
+    least = NOISE / 2.0 * math.hypot(spread, error)
+    above = line[1] - level > least
     return Breakaway(float(line[1]), error, sample) if above else None
 
 
@@ -274,15 +300,19 @@ def _sample_of_break(at: Floats, force: Floats, about: int, width: int) -> int:
     sample."""
 
     def misfit(sample: int) -> float:
-        edges = (about - 2 * width, sample, min(about + 2 * width, len(force)))
+        end = min(about + 2 * width, len(force))
+        edges = (about - 2 * width, sample, end)
         misses = []
         for first, last in pairwise(edges):
             time = at[first:last] - at[about]
-            _, squares, *_ = np.polyfit(time, force[first:last], 1, full=True)
+            forces = force[first:last]
+            _, squares, *_ = np.polyfit(time, forces, 1, full=True)
             misses.append(float(squares.sum()))
         return sum(misses)
 
-    return min(range(about - width + 1, min(about + width, len(force) - 3)), key=misfit)
+    # Three samples at least are behind the break: a line through two leaves no misfit.
+    end = min(about + width, len(force) - 3)
+    return min(range(about - width + 1, end), key=misfit)
 
 
 class Stroke(NamedTuple):
@@ -301,13 +331,17 @@ def cut_strokes(force: Floats, middle: float, swing: float) -> list[Stroke]:
     turns = held[1:][np.diff(sides[held]) != 0]
     passed = []
     for turn in turns:
-        before = np.flatnonzero((force[:turn] - middle) * sides[turn] <= 0.0)
+        on_other_side = (force[:turn] - middle) * sides[turn] <= 0.0
+        before = np.flatnonzero(on_other_side)
         passed.append(int(before[-1]) + 1)
     found = []
     for first, turn in pairwise([0, *passed, len(force)]):
-        sign = float(sides[held[(held >= first) & (held < turn)][0]])
+        within = held[(held >= first) & (held < turn)]
+        sign = float(sides[within[0]])
         forces = sign * (force[first:turn] - middle)
-        last = int(np.flatnonzero(forces >= np.median(forces))[-1])
+        # Behind the last force as large as the median the stage turns, and the spring is released.
+        large = np.flatnonzero(forces >= np.median(forces))
+        last = int(large[-1])
         found.append(Stroke(first, first + last + 1, sign))
     return [stroke for stroke in found if stroke.last - stroke.first >= FEWEST_POINTS]
 

@@ -135,7 +135,8 @@ def measure_trace(
 def _load_line_numbers(trace: Trace, load: Floats) -> TraceNumbers:
     """Friction over a load that changes. Raises InvalidInput of strokes of both signs, which need a load of their own each."""
     loads = np.abs(load)
-    low, high = float(loads.min()), float(loads.max())
+    low = float(loads.min())
+    high = float(loads.max())
     if two_way(trace.force):
         raise InvalidInput(
             f"normal load = {low:.4g} to {high:.4g} N: needs one load for strokes of both signs; --from, --to"
@@ -156,47 +157,54 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     rate = 0.0
     if math.isfinite(drift.uncertainty) and abs(drift.value) > SIGNIFICANT_DRIFT * drift.uncertainty:
         rate = drift.value
-        trace = trace.without(0.0, rate)
+        trace = trace.subtract(0.0, rate)
         middle, strokes = cut_at_middle(trace.force)
+        units = _units(trace, pull)
         force_unit = "N " if pull.unit == "N" else ""
-        numbers["force_drift"] = drift._replace(unit=f"{force_unit}{_units(trace, pull)['over']}-1")
+        numbers["force_drift"] = drift._replace(unit=f"{force_unit}{units['over']}-1")
         few = "few_" if len(strokes) == 2 else ""
-        flags.append(TraceFlag(f"{few}strokes_drift", {"rate": rate, **_units(trace, pull)}))
+        flags.append(TraceFlag(f"{few}strokes_drift", {"rate": rate, **units}))
     parts = [trace.part(stroke.first, stroke.last, stroke.sign, middle) for stroke in strokes]
     found = [_pull_numbers(part, pull) for part in parts]
-    names = {name: number.unit for one in found for name, number in one.numbers.items()}
+    names: dict[str, str] = {}
+    for part_numbers in found:
+        names |= {name: number.unit for name, number in part_numbers.numbers.items()}
     means = {}
     for name, unit in names.items():
-        values = [one.numbers[name].value for one in found if name in one.numbers]
+        having = [part_numbers.numbers for part_numbers in found if name in part_numbers.numbers]
+        values = [of_stroke[name].value for of_stroke in having]
         means[name] = mean_with_error(values, unit)
     numbers = means | numbers
     level = "mean_force" if "mean_force" in names else "kinetic_friction"
     ways: dict[float, list[float]] = {1.0: [], -1.0: []}
-    for one, stroke in zip(found, strokes, strict=True):
-        if level in one.numbers:
-            ways[stroke.sign].append(one.numbers[level].value)
+    for part_numbers, stroke in zip(found, strokes, strict=True):
+        if level in part_numbers.numbers:
+            ways[stroke.sign].append(part_numbers.numbers[level].value)
+    # Neighbours there and back: over a whole record the offset may drift, from one stroke to the next it does not.
     pairs = zip(ways[1.0], ways[-1.0], strict=False)
-    halves = [middle + (there - back) / 2.0 for there, back in pairs]
+    halves = [middle + (forth - back) / 2.0 for forth, back in pairs]
     offset = middle
     if halves:
         numbers["force_offset"] = mean_with_error(halves, pull.unit)
         offset = float(np.mean(halves))
-    flags_of_parts = [flag for one in found for flag in one.flags]
+    flags_of_parts = [flag for part_numbers in found for flag in part_numbers.flags]
     unlike = {flag.name: flag for flag in flags_of_parts if flag.name not in OF_PLACES}
     loops = _measure_stage(trace, offset, pull)
     state = loops.state if loops else None
     elastic = not FRICTIONS & numbers.keys() and _is_triangle(trace.force - offset)
     if (elastic and state != "slides") or state in ("partial_slip", "sticks"):
         largest = float(np.abs(trace.force - offset).max())
-        flags.append(TraceFlag("nothing_slides", {"force": largest, **_units(trace, pull)}))
+        units = _units(trace, pull)
+        flags.append(TraceFlag("nothing_slides", {"force": largest, **units}))
+        # Friction of what never slides would be that of the stage's turn.
         numbers = {name: numbers[name] for name in ("force_drift", "force_offset") if name in numbers}
         unlike = {}
     if loops:
         numbers |= loops.numbers
     flags += _loop_flags(trace, loops)
     flags += unlike.values()
-    spans = [StrokeSpan(trace.at[one.first], trace.at[one.last - 1], one.sign) for one in strokes]
-    return TraceNumbers(numbers, (), tuple(flags), offset, rate, tuple(spans), loops)
+    spans = tuple(StrokeSpan(trace.at[cut.first], trace.at[cut.last - 1], cut.sign) for cut in strokes)
+    return TraceNumbers(numbers, (), tuple(flags), offset, rate, spans, loops)
 
 
 def _measure_stage(trace: Trace, offset: float, pull: _Pull) -> Loops | None:
@@ -215,7 +223,8 @@ def _loop_flags(trace: Trace, loops: Loops | None) -> Iterator[TraceFlag]:
             yield TraceFlag("no_whole_cycle", {})
         return
     if loops.state:
-        yield TraceFlag(f"loop_{loops.state}", {"ratio": loops.numbers["energy_ratio"].value, "least": SLIDES_FROM})
+        ratio = loops.numbers["energy_ratio"].value
+        yield TraceFlag(f"loop_{loops.state}", {"ratio": ratio, "least": SLIDES_FROM})
     if loops.stretching > MIDDLE[0]:
         yield TraceFlag("short_stroke", {"share": loops.stretching, "middle": MIDDLE[0]})
     if loops.rigid:
@@ -236,15 +245,20 @@ def common_drift(trace: Trace, strokes: Sequence[Stroke]) -> Measured:
     """
     rows: list[tuple[float, float, float, float]] = []
     for stroke in strokes:
-        own = slice(stroke.first, stroke.last)
-        at, force = trace.at[own], trace.force[own]
-        place = trace.position[own] if trace.position is not None else stroke.sign * (at - at.mean())
-        edges = _edges_of_means(trace.part(stroke.first, stroke.last, stroke.sign))
-        for low, high in pairwise(edges):
+        samples = slice(stroke.first, stroke.last)
+        at, force = trace.at[samples], trace.force[samples]
+        # Without positions the stage is taken to go evenly.
+        place = stroke.sign * (at - at.mean())
+        if trace.position is not None:
+            place = trace.position[samples]
+        part = trace.part(stroke.first, stroke.last, stroke.sign)
+        for low, high in pairwise(_edges_of_means(part)):
             centre = float(at[low:high].mean())
             along = stroke.sign * float(place[low:high].mean())
-            rows.append((stroke.sign, centre, along, float(force[low:high].mean())))
+            mean = float(force[low:high].mean())
+            rows.append((stroke.sign, centre, along, mean))
     signs, centres, along_way, means = np.array(rows).T
+    # Friction has the stroke's sign, an offset has none, a drift grows with time.
     columns = [signs, np.ones(len(signs)), centres - trace.at[0]]
     if len(strokes) > 2:
         columns.append(along_way / np.abs(along_way).max())
@@ -253,7 +267,8 @@ def common_drift(trace: Trace, strokes: Sequence[Stroke]) -> Measured:
     if free < 1 or len({stroke.sign for stroke in strokes}) < 2:
         return Measured(math.nan, math.nan, 0)
     solved, *_ = np.linalg.lstsq(terms, means)
-    scatter = float(np.sum((means - terms @ solved) ** 2)) / free
+    residuals = means - terms @ solved
+    scatter = float(np.sum(residuals**2)) / free
     inverse = np.linalg.inv(terms.T @ terms)
     error = math.sqrt(scatter * float(inverse[2, 2]))
     return Measured(float(solved[2]), error, len(means))
@@ -265,8 +280,10 @@ def _edges_of_means(stroke: Trace) -> list[int]:
     peaks = [slip.peak * averages.width for slip in averages.slips]
     if len(peaks) > FEWEST:
         return peaks
-    first = int(np.argmax(stroke.force >= np.median(stroke.force)))
-    return [int(edge) for edge in np.linspace(first, len(stroke.force), 9)]
+    median = np.median(stroke.force)
+    first = int(np.argmax(stroke.force >= median))
+    edges = np.linspace(first, len(stroke.force), 9)
+    return [int(edge) for edge in edges]
 
 
 def _is_triangle(force: Floats) -> bool:
@@ -274,8 +291,10 @@ def _is_triangle(force: Floats) -> bool:
     near them for a fifth of the time, a sine for two fifths, and strokes that slide half of their time for three
     fifths.
     """
-    high = float(np.quantile(np.abs(force), 0.99))
-    return bool(np.mean(np.abs(force) > 0.8 * high) < 0.5)
+    size = np.abs(force)
+    high = float(np.quantile(size, 0.99))  # a spike is no extreme
+    near = size > 0.8 * high
+    return bool(np.mean(near) < 0.5)
 
 
 def _pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
@@ -287,7 +306,8 @@ def _pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     if end * averages.width < FEWEST_POINTS:
         return _numbers_of_means(trace, averages, pull)
     found = _pull_numbers(trace.part(0, end * averages.width), pull)
-    level = float(np.median(averages.trace.force[averages.slips[-1].trough :]))
+    last_trough = averages.slips[-1].trough
+    level = float(np.median(averages.trace.force[last_trough:]))
     at = float(averages.trace.at[end])
     ends = TraceFlag("pull_ends", {"at": at, "level": level, **_units(trace, pull)})
     return replace(found, flags=(ends, *found.flags))
@@ -334,7 +354,8 @@ def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
     numbers: dict[str, Measured] = {}
     if cycles:
         numbers = _cycle_numbers(fitted, pull.unit, "s" if trace.over == "time" else "m")
-        numbers |= mean_of_cycles(at, force, [cycle.start for cycle in cycles], pull.unit, fitted.together())
+        begins = [cycle.start for cycle in cycles]
+        numbers |= mean_of_cycles(at, force, begins, pull.unit, fitted.together())
     elif whole:
         numbers = _sample_numbers(at, force, {number: slips[number] for number in whole}, pull.unit, trace.over)
     flags += _fit_flags(averages, fitted, pull)
@@ -348,12 +369,14 @@ def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
             level = float(np.median(force[peaks[-1] :]))
             ringing = ring_down(at, force, begin_of_rise(force, peaks[0]), peaks, level)
             peak = float(force[peaks[0]])
+            # The first peak has the inertia of a pin that overshoots: it is shown, and is no friction.
             flags.append(TraceFlag("inertia", {"peak": peak, **_units(trace, pull)}))
             if ringing:
                 numbers["static_friction"] = Measured(*ringing, 1, pull.unit)
                 broken = min(ringing.force, peak)
                 breaks = int(np.argmax(force >= broken))
                 rates = [rise_rate(at, force, 0, breaks)] if breaks > FEWEST else []
+    # The first rise is from rest, where a stage may still speed up: others are better, if there are any.
     slopes = pull.newtons * np.array(rates[1:] or rates)
     slopes = slopes[np.isfinite(slopes)]
     if len(slopes):
@@ -361,10 +384,12 @@ def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
     if any(cut):
         peaks_of_slips = np.array([force[slip.peak] for slip, is_known in zip(slips, known, strict=False) if is_known])
         numbers = _numbers_within_limits(numbers, cut, peaks_of_slips, pull.unit)
+        # Of a force that is cut off, other facts are facts of the cut.
         flags = [TraceFlag("sensor_limit", {"low": cut.low, "high": cut.high})]
-    if not (FRICTIONS & numbers.keys() or SILENCING & {flag.name for flag in flags}):
+    names_of_flags = {flag.name for flag in flags}
+    if not (FRICTIONS & numbers.keys() or SILENCING & names_of_flags):
         flags.append(TraceFlag("no_friction", {}))
-    return TraceNumbers(numbers, cycles if not any(cut) else (), tuple(flags))
+    return TraceNumbers(numbers, () if any(cut) else cycles, tuple(flags))
 
 
 def _decays(force: Floats, slips: Sequence[TraceSlip]) -> bool:
@@ -375,6 +400,7 @@ def _decays(force: Floats, slips: Sequence[TraceSlip]) -> bool:
 
 def _numbers_within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Floats, unit: str) -> dict[str, Measured]:
     """The numbers that do not need the forces beyond a sensor's limit; μ_s is then the mean of the largest samples."""
+    # Times of slips need no force: those of the peaks are known even if their heights are not.
     kept = {name: numbers[name] for name in ("stick_slip_period",) if name in numbers}
     if cut.high or not len(peaks):
         return kept
@@ -388,16 +414,20 @@ def _sample_numbers(
 
     slips: by number in the trace; between those that do not follow each other is a gap.
     """
-    peaks, troughs = [slip.peak for slip in slips.values()], [slip.trough for slip in slips.values()]
+    peaks = [slip.peak for slip in slips.values()]
+    troughs = [slip.trough for slip in slips.values()]
     together = np.diff(list(slips)) == 1
     from_rest = together[0] and 0 in slips if len(together) else False
     periods = np.diff(at[peaks])[together][int(from_rest) :]
+    falls = force[peaks] - force[troughs]
+    time_unit = "s" if over == "time" else "m"
     found = {
         "static_friction": mean_with_error(force[peaks], unit),
-        "spring_force_amplitude": mean_with_error(force[peaks] - force[troughs], unit),
-        "stick_slip_period": mean_with_error(periods, "s" if over == "time" else "m"),
+        "spring_force_amplitude": mean_with_error(falls, unit),
+        "stick_slip_period": mean_with_error(periods, time_unit),
     }
-    found |= mean_of_cycles(at, force, at[peaks].tolist(), unit, together)
+    begins = at[peaks].tolist()
+    found |= mean_of_cycles(at, force, begins, unit, together)
     return {name: number for name, number in found.items() if number.of}
 
 
@@ -412,6 +442,7 @@ def _sliding(trace: Trace, averages: Averaged, pull: _Pull, flags: list[TraceFla
     time = averages.recorded_time()[first:]
     value, start, share = steady_mean(time, force, pull.unit)
     start = float(np.interp(start, time, at))
+    # A force that is not steady has no mean: its middle serves to find the break before it.
     level = value.value if not math.isfinite(share) else float(np.median(force))
     static = _breakaway(trace, averages, level, pull.unit)
     if math.isfinite(share):
@@ -421,19 +452,22 @@ def _sliding(trace: Trace, averages: Averaged, pull: _Pull, flags: list[TraceFla
     if period < RESOLVED:
         flags.append(TraceFlag("undersampled", {"samples": period}))
         return {**static, "mean_force": value}
-    flags.append(TraceFlag("slides" if static else "no_stick_slip", {"from": start, **_units(trace, pull)}))
+    name = "slides" if static else "no_stick_slip"
+    flags.append(TraceFlag(name, {"from": start, **_units(trace, pull)}))
     return {**static, "kinetic_friction": value}
 
 
 def _breakaway(trace: Trace, averages: Averaged, level: float, unit: str) -> dict[str, Measured]:
     """Static friction of the first slip before steady sliding: its largest sample if that is clear of noise."""
     slips = averages.slips
+    # One slip may be the end of a slow rise, whose top the line through it gives better than a single sample.
     lone = len(slips) < 2 and breakaway(trace.at, trace.force, level)
     if lone and (averages.width > 1 or not slips):
         return {"static_friction": Measured(lone.force, lone.error, 1, unit)}
     if not slips or averages.has_gap(begin_of_rise(averages.trace.force, slips[0].peak), slips[0].trough):
         return {}
-    return {"static_friction": Measured(float(averages.trace.force[slips[0].peak]), averages.noise, 1, unit)}
+    peak = float(averages.trace.force[slips[0].peak])
+    return {"static_friction": Measured(peak, averages.noise, 1, unit)}
 
 
 CHANCE: Final = 1e-3
@@ -442,13 +476,15 @@ CHANCE: Final = 1e-3
 
 def samples_in_period(force: Floats) -> float:
     """Samples in a period of a force that is not white noise (Fisher, Proc. R. Soc. A 125, 54, 1929); infinite if it is."""
+    # Without the mean, which is no oscillation.
     amplitudes = np.fft.rfft(force - force.mean())[1:]
     power = np.abs(amplitudes) ** 2
     if len(power) < 2 or not power.sum() > 0.0:
         return math.inf
     share = power.max() / power.sum()
     # The largest of n exponentially distributed powers exceeds this share of their sum with at most this probability.
-    by_chance = len(power) * (1.0 - share) ** (len(power) - 1)
+    others = len(power) - 1
+    by_chance = len(power) * (1.0 - share) ** others
     if not by_chance < CHANCE:
         return math.inf
     return len(force) / (int(power.argmax()) + 1.0)
@@ -469,22 +505,28 @@ def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Meas
     cycles, damping, shared = fitted.cycles, fitted.damping, fitted.estimate_shared_errors()
 
     def mean(of: Callable[[Cycle], float], unit: str, shared_error: float) -> Measured:
-        own = mean_with_error([of(cycle) for cycle in fitted.free or cycles], unit)
+        values = [of(cycle) for cycle in fitted.free or cycles]
+        own = mean_with_error(values, unit)
         value = np.mean([of(cycle) for cycle in cycles])
-        return own._replace(value=float(value), uncertainty=math.hypot(own.uncertainty, shared_error))
+        # Scatter and the error that all slips share are independent.
+        error = math.hypot(own.uncertainty, shared_error)
+        return own._replace(value=float(value), uncertainty=error)
 
     together = fitted.together()
     starts = [cycle.start for cycle in cycles]
     # Slips between two chosen ones share the time between these.
-    periods = (np.diff(starts) / np.diff(fitted.chosen))[together]
+    between = np.diff(starts) / np.diff(fitted.chosen)
+    periods = between[together]
     if len(periods) > 1 and together[0]:
         periods = periods[1:]
     kinetic, natural = mean_with_error([], unit), mean_with_error([], time)
     if math.isfinite(damping.value):
         kinetic = mean(lambda cycle: cycle.kinetic, unit, shared.kinetic)
     if damping.of:
-        natural = mean(lambda cycle: cycle.period, time, shared.period * cycles[0].period)
-        damping = damping._replace(uncertainty=math.hypot(damping.uncertainty, shared.damping))
+        shared_period = shared.period * cycles[0].period
+        natural = mean(lambda cycle: cycle.period, time, shared_period)
+        damping_error = math.hypot(damping.uncertainty, shared.damping)
+        damping = damping._replace(uncertainty=damping_error)
     # A fall is 1 + exp(-πζ) times μ_s - μ_k, less than twice.
     of_fall = 2.0 * math.hypot(shared.static, shared.kinetic)
     found = {
@@ -507,7 +549,8 @@ def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dic
     if far:
         over, per = "m", velocity if trace.over == "time" else 1.0
     force = "N " if trace.unit == "N" or math.isfinite(load) else ""
-    return {"rising_stiffness" if far else "rising_rate": mean_with_error(rates / per, f"{force}{over}-1")}
+    name = "rising_stiffness" if far else "rising_rate"
+    return {name: mean_with_error(rates / per, f"{force}{over}-1")}
 
 
 def _noise_flags(averages: Averaged, pull: _Pull) -> Iterator[TraceFlag]:
@@ -529,7 +572,8 @@ def _fit_flags(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterato
     """Flags of the cycles."""
     cycles, units = fitted.cycles, _units(averages.trace, pull)
     if fitted.unlike:
-        yield TraceFlag("unlike_model" if not cycles else "unlike_cycles", {"count": len(fitted.unlike)})
+        name = "unlike_cycles" if cycles else "unlike_model"
+        yield TraceFlag(name, {"count": len(fitted.unlike)})
     if not cycles:
         return
     if len(cycles) == 1:
@@ -537,7 +581,8 @@ def _fit_flags(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterato
     if not fitted.damping.of and not fitted.given:
         yield TraceFlag("no_damping", {"samples": RESOLVED})
     if fitted.cell:
-        period, ratio = 2.0 * math.pi / fitted.cell.frequency, fitted.cell.damping
+        period = 2.0 * math.pi / fitted.cell.frequency
+        ratio = fitted.cell.damping
         yield TraceFlag("cell_fitted", {"period": period, "damping": ratio, **units})
     if misfit := fitted.estimate_shared_errors().static:
         yield TraceFlag("misfit", {"error": misfit, **units})
@@ -549,8 +594,12 @@ def _fit_flags(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterato
     least = LARGEST_CHANGE * abs(static.mean())
     if len(static) <= FEWEST:
         return
-    if static[0] - static[1:].mean() > max(SIGNIFICANT_CHANGE * static[1:].std(ddof=1), least):
+    later = static[1:]
+    if static[0] - later.mean() > max(SIGNIFICANT_CHANGE * later.std(ddof=1), least):
         yield TraceFlag("first_slip", {"force": float(static[0]), **units})
-    line = scipy.stats.linregress([cycle.start for cycle in cycles[1:]], static[1:])
-    if abs(line.slope) > max(SIGNIFICANT_CHANGE * line.stderr, least / (cycles[-1].start - cycles[0].start)):
+    # Without the first slip, which would make a slope of its own rest.
+    starts = [cycle.start for cycle in cycles]
+    line = scipy.stats.linregress(starts[1:], later)
+    least_slope = least / (starts[-1] - starts[0])
+    if abs(line.slope) > max(SIGNIFICANT_CHANGE * line.stderr, least_slope):
         yield TraceFlag("drift", {"rate": float(line.slope), **units})

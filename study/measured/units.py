@@ -12,10 +12,11 @@ def convert(number: str, unit: str, into: str) -> Decimal:
     """A number with a unit, in another unit. Raises the errors of pint: AttributeError, TypeError, ValueError,
     ArithmeticError."""
     try:
-        found: Decimal = registry().Quantity(Decimal(number), _pint_unit(unit)).to(_pint_unit(into)).magnitude
+        quantity = registry().Quantity(Decimal(number), _pint_unit(unit))
+        magnitude: Decimal = quantity.to(_pint_unit(into)).magnitude
     except (AssertionError, LookupError, SyntaxError, TokenError):  # of its parser, for "N/", "nm0", "mm)"
         raise ValueError(f"{unit!r}: no unit") from None
-    return found
+    return magnitude
 
 
 def factor(unit: str, into: str) -> float:

@@ -49,11 +49,14 @@ def error_parts(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
     parts = []
     if f"{name}{UNCERTAINTY}" in case:
         parts += _start_errors(case, name, cost)
-    effect = str(case[LEFT_OUT.name].item()) if LEFT_OUT.name in case else "nothing"
+    effect = "nothing"
+    if LEFT_OUT.name in case:
+        effect = str(case[LEFT_OUT.name].item())
     if effect != "nothing":
         share = float(case[LEFT_OUT_ERROR.name])
         parts.append(Error(f"{effect.replace('_', ' ')} left out", share, "half of target.within halves it"))
-    return sorted((part for part in parts if part.share != 0.0), key=by_share)
+    errors = [part for part in parts if part.share != 0.0]
+    return sorted(errors, key=share_rank)
 
 
 def _start_errors(case: xr.Dataset, name: str, cost: str) -> list[Error]:
@@ -63,15 +66,20 @@ def _start_errors(case: xr.Dataset, name: str, cost: str) -> list[Error]:
     shared = float(case.get(f"{name}{SHARED_ERROR}", 0.0))
     starts = math.nan
     if math.isfinite(shared):
+        # Independent parts add in squares: what the starts do not share is the rest of ±.
         starts = math.sqrt(max(error**2 - shared**2, 0.0))
-    members = float(case.get(f"{name}_members", case.get(variables.MEMBERS.name, math.nan)))
+    all_members = case.get(variables.MEMBERS.name, math.nan)
+    members = float(case.get(f"{name}_members", all_members))
     cure = f"[ensemble] members = {4.0 * members:g} halves this part{cost and f': {cost}'}"
-    short = Flag.short_record in decode_flags(int(case.get(variables.VALIDITY.name, 0)))
+    mask = int(case.get(variables.VALIDITY.name, 0))
+    short = Flag.short_record in decode_flags(mask)
+    # A short record has too few events to show its own scatter.
     shared_share = math.nan if short and shared else shared / value
-    return [Error("starts", starts / value, cure), Error(SHARED, shared_share, longer_record(case))]
+    of_starts = Error("starts", starts / value, cure)
+    return [of_starts, Error(SHARED, shared_share, longer_record(case))]
 
 
-def by_share(part: Error) -> float:
+def share_rank(part: Error) -> float:
     """Place of a part among others: the largest first, unknown ones last."""
     return -part.share if math.isfinite(part.share) else math.inf
 
@@ -83,15 +91,19 @@ def error_lines(dataset: xr.Dataset, cost: str = "", most: int = 1, apart: Colle
     """
     rows = case_rows(dataset)
     names = main_numbers(dataset) or ["contact_half_width"]
-    shown = [name for name in names if name in dataset and dataset[name].dtype.kind == "f" and name not in apart]
+    names = [name for name in names if name in dataset and name not in apart]
+    shown = [name for name in names if dataset[name].dtype.kind == "f"]
     if len(rows) > most > 1:
         yield f"{most} of {len(rows)} drives, the first to the last:"
     for case in each_case(rows, most):
-        place = label_text({dim: case[dim].item() for dim, size in rows.sizes.items() if size > 1})
+        label = {dim: case[dim].item() for dim, size in rows.sizes.items() if size > 1}
+        place = label_text(label)
         where = f" ({place})" if place else ""
         for name in shown:
             yield _line(case, name, where, error_parts(case, name, cost))
-    mask = int(dataset[variables.VALIDITY.name].values.flat[0]) if variables.VALIDITY.name in dataset else 0
+    mask = 0
+    if variables.VALIDITY.name in dataset:
+        mask = int(dataset[variables.VALIDITY.name].values.flat[0])
     unresolved = [flag for flag in decode_flags(mask) if flag.unresolved]
     if unresolved:
         yield f"nodes miss part of what these numbers depend on: {flag_advice(unresolved)}"

@@ -1,6 +1,5 @@
 """Tables and sentences as text, on a terminal, a pipe or a file."""
 
-import itertools
 import os
 import re
 import sys
@@ -48,10 +47,13 @@ def wrap_sentence(text: str, width: int, first: str = INDENT, later: str = INDEN
 
     first, later: indents of the first line and of later lines.
     """
-    joined = _TOGETHER.sub(lambda found: whole(found.group()), _escape_controls(text))
+    plain = _escape_controls(text)
+    joined = _TOGETHER.sub(lambda match: whole(match.group()), plain)
+    # A path or a command that is broken, at a hyphen too, can no longer be copied.
     lines = textwrap.wrap(
         joined, width, initial_indent=first, subsequent_indent=later, break_long_words=False, break_on_hyphens=False
     )
+    # Joined words get their spaces back after the lines are cut.
     return [line.replace(_NO_BREAK, " ") for line in lines]
 
 
@@ -83,11 +85,13 @@ class Table:
         width, last = options.max_width, len(self.header) - 1
         least = min(self.labels + self.asked, last)
         *columns, sentences = zip(self.header, *self.rows, strict=True)
-        needed = max(min(_widest(sentences), LEAST_ROOM), *map(_longest_word, sentences))
+        least_room = min(_widest(sentences), LEAST_ROOM)
+        needed = max(least_room, *map(_longest_word, sentences))
         wide = [_widest(cells) for cells in columns]
         folded = [max(_longest_word(title), _widest(cells)) for title, *cells in columns]
         fewer = [folded[:count] for count in range(last, least - 1, -1)]
         tight = [max(map(_longest_word, cells)) for cells in columns[:least]]
+        # The order is that of loss: first columns at full width, then fewer of them, at last broken cells.
         for widths in (wide, *fewer, tight):
             room = width - _width(widths)
             if room >= needed:
@@ -99,16 +103,22 @@ class Table:
                 yield from self._above_sentences(widths, console, options)
                 return
         parts = list(self._parts(width, folded))
-        yield from parts if parts and len(self.rows) > 1 else self._cards(width)
+        # A single row reads better as a list of cells than as several tables of a row each.
+        if parts and len(self.rows) > 1:
+            yield from parts
+        else:
+            yield from self._cards(width)
 
     def _parts(self, width: int, folded: Sequence[int]) -> "Iterator[Table]":
         """Tables with the labels and as many requested columns as fit, the last with the sentences; none if one does not fit."""
         last = len(self.header) - 1
         room = width - _width(folded[: self.labels])
         groups: list[list[int]] = []
+        # No table is open yet: the first column opens one.
         free = -1
         for place in range(self.labels, min(self.labels + self.asked, last)):
             needed = folded[place] + GAP
+            # A column that does not fit beside the labels alone fits into no table.
             if needed > room:
                 return
             if needed > free:
@@ -122,17 +132,23 @@ class Table:
         blank = ("",) * len(columns[last])
         for group in groups:
             sentences = columns[last] if group is groups[-1] else blank
-            chosen = [*columns[: self.labels], *(columns[place] for place in group), sentences]
+            shown = [columns[place] for place in group]
+            chosen = [*columns[: self.labels], *shown, sentences]
             header, *rows = zip(*chosen, strict=True)
             yield replace(self, header=header, rows=tuple(rows), asked=len(group))
 
     def _above_sentences(self, widths: Sequence[int], console: Console, options: ConsoleOptions) -> RenderResult:
         """The first columns side by side, and below each row its sentence."""
+        # Rich prints a grid as a whole: its header is rendered once, and cut off from the grid of each row,
+        # so that a sentence can stand between two rows.
         header = console.render_lines(self._grid(widths, of=()), options, pad=False)
-        yield from itertools.chain.from_iterable((*line, Segment.line()) for line in header)
+        for line in header:
+            yield from (*line, Segment.line())
         for number, row in enumerate(self.rows):
-            lines = console.render_lines(self._grid(widths, of=(number,)), options, pad=False)[len(header) :]
-            yield from itertools.chain.from_iterable((*line, Segment.line()) for line in lines)
+            grid = self._grid(widths, of=(number,))
+            lines = console.render_lines(grid, options, pad=False)
+            for line in lines[len(header) :]:
+                yield from (*line, Segment.line())
             sentence = wrap_sentence(row[-1], options.max_width)
             if sentence:
                 yield _lines(sentence, self._style(number))
@@ -156,10 +172,12 @@ class Table:
         for place, letters in places:
             numbers = all(_NUMBER.match(row[place]) for row in self.rows)
             width = None if place == -1 else letters
-            grid.add_column(Text(self.header[place]), width=width, justify="right" if numbers else "left")
+            title = Text(self.header[place])
+            grid.add_column(title, width=width, justify="right" if numbers else "left")
         for number in range(len(self.rows)) if of is None else of:
             row = self.rows[number]
-            cells = ["\n".join(wrap_sentence(row[place], letters, "", "")) for place, letters in places]
+            wrapped = [wrap_sentence(row[place], letters, "", "") for place, letters in places]
+            cells = map("\n".join, wrapped)
             grid.add_row(*map(Text, cells), style=self._style(number))
         return grid
 
@@ -208,7 +226,8 @@ def _lines(lines: Iterable[str], style: str = "") -> Text:
 
 def _escape_controls(text: str) -> str:
     """A text in which letters that terminals obey, or that are half of a letter, are escaped, but line breaks."""
-    return "".join(letter if _is_plain(letter) else ascii(letter)[1:-1] for letter in text)
+    letters = (letter if _is_plain(letter) else ascii(letter)[1:-1] for letter in text)
+    return "".join(letters)
 
 
 def _is_plain(letter: str) -> bool:
@@ -220,26 +239,30 @@ def _is_plain(letter: str) -> bool:
 
 def console(stderr: bool = False, unlimited: int = WIDE) -> Console:
     """Standard output or error as a console of rich: as wide as the terminal or COLUMNS, `unlimited` without either."""
-    found = Console(stderr=stderr, highlight=False, markup=False)
-    if not (_has_width(found) or os.environ.get("COLUMNS", "").isdigit()):  # which rich obeys itself
-        found.width = unlimited
-    return found
+    out = Console(stderr=stderr, highlight=False, markup=False)
+    has_columns = os.environ.get("COLUMNS", "").isdigit()  # which rich obeys itself
+    if not (_has_width(out) or has_columns):
+        out.width = unlimited
+    return out
 
 
-def _has_width(found: Console) -> bool:
+def _has_width(out: Console) -> bool:
     """True for a terminal of a known width. A launcher may give its ranks one of no size, behind which is a file."""
-    if not found.is_terminal:
+    if not out.is_terminal:
         return False
     with suppress(OSError, ValueError, AttributeError):
-        return os.get_terminal_size(found.file.fileno()).columns > 0
+        return os.get_terminal_size(out.file.fileno()).columns > 0
     return True
 
 
 def print_table(*tables: Table) -> None:
     """Print tables to standard output, between empty lines."""
     for table in tables:
-        header, *rows = (tuple(map(_escape_controls, row)) for row in (table.header, *table.rows))
-        console().print("", replace(table, header=header, rows=tuple(rows)), soft_wrap=True)
+        plain_rows = [tuple(map(_escape_controls, row)) for row in (table.header, *table.rows)]
+        header, *rows = plain_rows
+        plain_table = replace(table, header=header, rows=tuple(rows))
+        # The table has wrapped its lines: rich must not wrap them again at the width of a pipe.
+        console().print("", plain_table, soft_wrap=True)
     console().print()
 
 
@@ -250,8 +273,9 @@ def print_sentences(sentences: Iterable[str], style: str = "", stderr: bool = Fa
     Words that `whole` has joined stay together.
     """
     out = console(stderr, sys.maxsize)
-    for each in filter(None, sentences):
-        out.print(_lines(wrap_sentence(each, out.width, first=""), style), soft_wrap=True)
+    for sentence in filter(None, sentences):
+        lines = wrap_sentence(sentence, out.width, first="")
+        out.print(_lines(lines, style), soft_wrap=True)
 
 
 def note(sentence: str, stderr: bool = False) -> None:
@@ -264,7 +288,8 @@ def print_entries(entries: Mapping[str, str]) -> None:
     out = console(unlimited=sys.maxsize)
     indent = " " * (max(map(len, entries)) + GAP)
     for name, meaning in entries.items():
-        lines = wrap_sentence(meaning, out.width, name.ljust(len(indent)), indent)
+        title = name.ljust(len(indent))
+        lines = wrap_sentence(meaning, out.width, title, indent)
         out.print(_lines(lines), soft_wrap=True)
 
 
@@ -279,11 +304,13 @@ def counting(words: str) -> Iterator[Callable[[int], None]]:
 
     words: `{} cases planned`.
     """
+    # Standard output belongs to the result, which may go to a file or another program.
     out, begun = console(stderr=True), time.monotonic()
     shown: list[Status] = []
     with ExitStack() as stack:
 
         def show(number: int) -> None:
+            # A status that flashes up and vanishes disturbs more than it tells.
             if time.monotonic() < begun + PATIENCE:
                 return
             if not shown:

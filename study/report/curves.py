@@ -59,7 +59,8 @@ def inertial_range(case: xr.Dataset) -> tuple[float, float, float] | None:
     least, most = float(force.min()), float(force.max())
     # Friction on a stage that goes to and fro has either sign.
     lowest = -holds if _goes_to_and_fro(pulled) else 0.0
-    return (least, most, holds) if max(most - holds, lowest - least) > INERTIAL * holds else None
+    excess = max(most - holds, lowest - least)
+    return (least, most, holds) if excess > INERTIAL * holds else None
 
 
 def _has(case: xr.Dataset, group: str, sample: str) -> bool:
@@ -72,7 +73,8 @@ def _has(case: xr.Dataset, group: str, sample: str) -> bool:
 
 
 def _curve(run: xr.Dataset, x: str, y: str) -> DrawnLine:
-    return DrawnLine(run[x].values, run[y].values, _label(run[x].attrs), _label(run[y].attrs))
+    across, up = run[x], run[y]
+    return DrawnLine(across.values, up.values, _label(across.attrs), _label(up.attrs))
 
 
 def _label(attributes: dict[Any, Any]) -> str:
@@ -90,6 +92,7 @@ WIDTH, HEIGHT = 60, 12
 MARGIN: Final = 13
 """Letters that the ends of the upward axis take at most."""
 _BLANK: Final = 0x2800
+# Dots 1 to 6 came first and run down the columns; Unicode has the fourth row, dots 7 and 8, in the two highest bits.
 _DOTS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 """Bit of each dot of a braille letter: rows from the top, columns from the left."""
 
@@ -101,17 +104,21 @@ def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = 
     letters, without axes.
     """
     points = np.stack((np.asarray(x, float), np.asarray(y, float)))
-    across, up = points[:, np.isfinite(points).all(axis=0)]
+    finite = np.isfinite(points).all(axis=0)
+    across, up = points[:, finite]
+    # A point or an upright line has no extent that could be scaled to the width.
     if len(across) < 2 or np.ptp(across) == 0.0:
         return ""
     half_dot = float(np.ptp(up)) / (8 * height)  # what is drawn at 0 is written as 0
-    top, bottom = _end_text(up.max(), half_dot), _end_text(up.min(), half_dot)
+    top = _end_text(up.max(), half_dot)
+    bottom = _end_text(up.min(), half_dot)
     margin = max(len(top), len(bottom))
     rows = _letters(_dots(across, up, 2 * width, 4 * height))
     ends = [top, *[""] * (height - 2), bottom]
     framed = [f"{end:>{margin}} ┤{row}" for end, row in zip(ends, rows, strict=True)]
     left, right = f"{across.min():.4g}", f"{across.max():.4g}"
-    between = labels[0].center(max(width - len(left) - len(right), 0))
+    room = max(width - len(left) - len(right), 0)
+    between = labels[0].center(room)
     indent = " " * (margin + 2)
     return "\n".join([f"{indent}{labels[1]}", *framed, f"{indent}{left}{between}{right}"])
 
@@ -124,12 +131,16 @@ def _end_text(value: float, negligible: float) -> str:
 def _dots(x: NDArray[np.float64], y: NDArray[np.float64], across: int, down: int) -> NDArray[np.bool_]:
     """Mask of the dots that the line passes, (down, across) from the top left: it is followed in steps of half a dot."""
     height = np.ptp(y)
-    column = (x - x.min()) / np.ptp(x) * (across - 1)
+    share = (x - x.min()) / np.ptp(x)
+    column = share * (across - 1)
+    # A level line lies in the middle.
     row = np.full(len(y), 0.5 * (down - 1))
     if height > 0.0:
         row = (y.max() - y) / height * (down - 1)
+    # Where both coordinates change, the larger one decides: a step of half a dot then leaves no gap in either.
     lengths = np.maximum(abs(np.diff(column)), abs(np.diff(row)))
     way = np.concatenate(([0.0], np.cumsum(lengths)))
+    # The points themselves are among the steps, so that no tip of a tooth falls between two of them.
     steps = np.append(np.arange(0.0, way[-1], 0.5), way)
     rows = np.interp(steps, way, row).round().astype(int)
     columns = np.interp(steps, way, column).round().astype(int)
@@ -150,4 +161,5 @@ def print_lines(lines: Iterable[DrawnLine]) -> None:
     """Plot lines in text, as wide as there is room."""
     width = min(WIDTH, console().width - MARGIN)
     for line in lines:
-        click.echo(text_plot(line.x, line.y, (line.x_label, line.y_label), width))
+        plot = text_plot(line.x, line.y, (line.x_label, line.y_label), width)
+        click.echo(plot)

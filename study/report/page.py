@@ -52,9 +52,10 @@ def as_json(columns: Sequence[Column], title: str) -> str:
     Infinite numbers are texts, `inf` and `-inf`, as JSON has none.
     """
     variables = {column.name: {"units": column.units, "long_name": column.meaning} for column in columns}
-    values = zip(*(map(_json, column.values) for column in columns), strict=True)
-    objects = (dict(zip(variables, row, strict=True)) for row in values)
-    rows = ",\n".join(json.dumps(row, ensure_ascii=False) for row in objects)
+    values = [map(_json, column.values) for column in columns]
+    objects = (dict(zip(variables, row, strict=True)) for row in zip(*values, strict=True))
+    # A row a line, as a file of many cases is to be read by programs that go line by line, and by eye.
+    rows = ",\n".join(json.dumps(entry, ensure_ascii=False) for entry in objects)
     head = json.dumps({"title": title, "variables": variables}, ensure_ascii=False)
     return f'{head[:-1]},\n"rows": [\n{rows}\n]}}\n'
 
@@ -114,15 +115,18 @@ def sizes_in_si(dataset: xr.Dataset) -> Iterator[str]:
     if scales is None:
         return
     parameters = {name: values(dataset, name) for name in parameters_of_a_case()}
-    yield si_line(scales, {}, {name: sizes for name, sizes in parameters.items() if sizes})
-    sizes_of_drives = drive_sizes({name: values(dataset, name) for name in drive_parameters()})
+    sizes_of_cases = {name: sizes for name, sizes in parameters.items() if sizes}
+    yield si_line(scales, {}, sizes_of_cases)
+    drives = {name: values(dataset, name) for name in drive_parameters()}
+    sizes_of_drives = drive_sizes(drives)
     if sizes_of_drives:
         yield capitalize_text(f"drive: {', '.join(sizes_of_drives)}")
     for name in ("final_displacement_si", "mean_step_si", "surface_stiffness_si"):
         if name in dataset and bool(dataset[name].notnull().any()):
             sizes = dataset[name]
             unit = readable(sizes.attrs["units"])
-            least, most = compact(float(sizes.min()), unit), compact(float(sizes.max()), unit)
+            least = compact(float(sizes.min()), unit)
+            most = compact(float(sizes.max()), unit)
             meaning = capitalize_text(sizes.attrs["long_name"])
             yield f"{meaning}: {least}" if least == most else f"{meaning}: {least} to {most}"
 
@@ -161,6 +165,7 @@ def picture(view: View) -> PageFigure:
     figure = view.draw()
     svg = theme_svg(image(figure, "svg").decode())
     source = address(svg, "image/svg+xml")
+    # CSS has 96 pixels in an inch.
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     data = address(format_csv(view.columns()), "text/csv")
     return PageFigure(view.name, view.caption, source, width, height, data)
@@ -169,15 +174,18 @@ def picture(view: View) -> PageFigure:
 def theme_svg(svg: str) -> str:
     """An SVG whose lines, text and background follow `prefers-color-scheme`."""
     pairs = zip(COLORS, DARK, strict=True)
-    lines = ((light, f"c{number}", dark) for number, (light, dark) in enumerate(pairs))
+    numbered = enumerate(pairs)
+    lines = ((light, f"c{number}", dark) for number, (light, dark) in numbered)
     colors = [*_INK, *lines]
+    # Matplotlib writes colours as attributes and in styles; a variable of CSS can change with the reader's setting.
     for light, name, _ in colors:
         svg = re.sub(rf"((?:fill|stroke): ?){light}", rf"\1var(--{name})", svg)
     lights = "".join(f"--{name}:{light};" for light, name, _ in colors)
     darks = "".join(f"--{name}:{dark};" for _, name, dark in colors)
     style = f"svg{{{lights}fill:var(--ink)}}@media(prefers-color-scheme:dark){{svg{{{darks}}}}}"
     style += "#patch_1 path{fill:none!important}"  # the page's own background
-    head, _, rest = svg[svg.index("<svg") :].partition(">")
+    start = svg.index("<svg")  # an XML declaration inside a page is an error
+    head, _, rest = svg[start:].partition(">")
     return f"{head}><style>{style}</style>{rest}"
 
 
@@ -206,27 +214,30 @@ class Section(NamedTuple):
 
 def place_sections(sections: Sequence[Section]) -> list[tuple[str, Section]]:
     """Sections with their places on a broad page: a `half` beside the next one, `alone` without one, "" across."""
-    found: list[tuple[str, Section]] = []
+    placed: list[tuple[str, Section]] = []
     for section in sections:
         if len(section.pictures) > 1:
-            found.append(("", section))
-        elif found and found[-1][0] == "alone":
-            found[-1:] = [("half", found[-1][1]), ("half", section)]
+            placed.append(("", section))
+        elif placed and placed[-1][0] == "alone":
+            _, neighbour = placed.pop()
+            placed += [("half", neighbour), ("half", section)]
         else:
-            found.append(("alone", section))
-    return found
+            placed.append(("alone", section))
+    return placed
 
 
 def write_page(dataset: xr.Dataset, out: Path, answer: str = "") -> Path:
     """Write the page of a dataset into a folder, with the runs that are written down there. Raises StoreError."""
     path = out / FILE
-    write_files({path: page(dataset, runs.read_runs(out), answer).encode()})
+    text = page(dataset, runs.read_runs(out), answer)
+    write_files({path: text.encode()})
     return path
 
 
 def page(dataset: xr.Dataset, journal: Sequence[RunRecord], answer: str = "") -> str:
     """The page as HTML. journal: the runs that computed its results, as far as they are known. answer: its first sentence."""
-    candidates = (section(dataset, sort) for sort in (SENSITIVITY, *SORTS.values()))
+    sorts = (SENSITIVITY, *SORTS.values())
+    candidates = (section(dataset, sort) for sort in sorts)
     sections = list(filter(None, candidates))
     titles = [section.title for section in sections]
     cases = summary.scalar_table(dataset, scales=read_scales(dataset.attrs))
@@ -236,6 +247,7 @@ def page(dataset: xr.Dataset, journal: Sequence[RunRecord], answer: str = "") ->
         "In SI": list(sizes_in_si(dataset)),
         "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
     }
+    # Where a value is not known the template is to fail, so every name has one, if need be an empty one.
     contents = {
         "title": dataset.attrs["title"],
         "answer": answer,

@@ -18,7 +18,8 @@ from nanoslip.study.figures.points import read_points
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.report.summary import case_table, cautions, scalar_table
+from nanoslip.study.report.single_case import case_table
+from nanoslip.study.report.summary import cautions, scalar_table
 from nanoslip.study.tasks.functions import evaluate, read_functions
 from nanoslip.study.tasks.kind import OWN
 from tests.conftest import Command, Main

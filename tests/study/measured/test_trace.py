@@ -87,7 +87,7 @@ def test_noise_offset_and_uneven_times_leave_it_within_its_uncertainty() -> None
     flags = {flag.name: flag.facts for flag in measure_trace(shifted, LOAD).flags}
     assert flags["offset"]["begins"] == pytest.approx(0.03, abs=0.01)
     assert flags["drift"]["rate"] == pytest.approx(0.02, rel=0.2)
-    within(measure_trace(shifted.without(3.0, 2.0), LOAD), "static_friction", STATIC, 4.0)
+    within(measure_trace(shifted.subtract(3.0, 2.0), LOAD), "static_friction", STATIC, 4.0)
 
 
 @pytest.mark.slow

@@ -19,13 +19,11 @@ from nanoslip.study.dataset.table import one_case
 from nanoslip.study.dataset.variables import describe
 from nanoslip.study.report.console import Table
 from nanoslip.study.report.page import as_csv, as_json, cost
+from nanoslip.study.report.single_case import answer, case_table, ending_lines
 from nanoslip.study.report.summary import (
     FEW,
-    answer,
-    case_table,
     cautions,
     drive_summary,
-    ending_lines,
     endings,
     factor_out_columns,
     failure_summary,
