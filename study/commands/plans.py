@@ -121,9 +121,13 @@ def idle_lines(plan: Plan) -> list[str]:
 
 
 def drive_lines(manifest: Manifest) -> Iterator[str]:
-    """Drives without a stage, and the mass that a drive in the user's own units has by default."""
+    """Drives without a stage or without the critical velocity that is asked for, and the default mass of a drive in own units."""
     if manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(manifest.drives_left_out)}'
+    strokes = [each.name for each in manifest.drives if each.drive and each.drive.in_si.stage_stroke is not None]
+    if manifest.outputs.critical and strokes:
+        names = ", ".join(dict.fromkeys(strokes))
+        yield f"no critical velocity, which is that of a stage that goes one way, of drives to and fro: {names}"
     heavy = [drive for drive in manifest.drives if drive.drive and MASS not in drive.given]
     if manifest.stated_scales and heavy and heavy[0].drive:
         names = ", ".join(dict.fromkeys(drive.name for drive in heavy))

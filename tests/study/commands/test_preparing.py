@@ -242,3 +242,13 @@ def test_a_plan_for_scripts_names_what_is_refused_and_why(main, tmp_path):
     found = json.loads(main("plan", path, "--json")[1])
     assert (len(found["refused"]), {bool(each["message"]) for each in found["refused"]}) == (4, {True})
     assert ["time_step" in each["refused"] for each in found["drives"]] == [False, False, True, False]
+
+
+def test_a_critical_velocity_is_not_promised_of_a_stage_that_goes_to_and_fro(main, tmp_path):
+    path = tmp_path / "strokes.toml"
+    drives = '[[drives]]\nname = "one way"\n[[drives]]\nname = "rubs"\nstage_stroke = 1e-4\n'
+    for critical in ("false", "true"):
+        path.write_text(f'title = "Strokes"\noutputs.critical = {critical}\n{drives}')
+        code, said, _ = main("check", path)
+        assert code == 0
+        assert ("to and fro: rubs" in " ".join(said.split())) == (critical == "true")
