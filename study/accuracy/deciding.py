@@ -157,6 +157,7 @@ class _Search:
         # All schemes take odd numbers of nodes.
         nodes = 2 * round(self._spaces / factor / 2) + 1
         assert self.case.case is not None
+        # A scheme may take only some numbers of nodes, and others only below a limit.
         with suppress(InvalidInput):
             other = make_case({**given, "n_x": nodes})
             doubts = {*predict_flags(other)} - {*predict_flags(self.case.case)}
@@ -179,6 +180,7 @@ class _Search:
         results = [result for result in stored if result]
         if len(results) < len(wanted):
             expected = sum(estimate(task)[0] for _, task in tasks)
+            # Before anything has run the estimate alone decides, which is within a factor of ten.
             seconds = (self.rate or 1.0) * expected
             if seconds > self.most:
                 return replace(found, seconds=seconds)
@@ -214,6 +216,7 @@ class _Search:
         number = result_quantities(KINDS[result.kind])[key]
         known, unit = mean_in_dataset(scalars, key, number), self._unit(number)
         records = [_as_row(each) for each in results if each.kind == "record"]
+        # Members whose records are the same are one start, of which no mean has a ±.
         one_start = any(bool(alike_starts(record)[0]) for record in records)
         error = math.nan if one_start else float(known.uncertainty[0]) * unit
         return replace(found, value=float(known.mean[0]) * unit, error=error)

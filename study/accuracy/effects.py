@@ -124,13 +124,15 @@ OF_LOOPS: Final = ("loss_per_cycle", "turn_friction")
 def comparison_seconds(scenes: Scenes) -> float:
     """Estimated core seconds of these scenes with everything and without each effect; tasks that several need count once."""
     found: dict[str, float] = {}
-    for each in scenes.cases:
-        assert each.case is not None
-        left_out = _left_out(scenes, each.case)
+    for point in scenes.cases:
+        assert point.case is not None
+        left_out = _left_out(scenes, point.case)
         without = [(case, drives) for _, case, drives, problem in left_out if not problem]
-        for case, drives in [(each.case, scenes.drives), *without]:
-            for _, task in scene_tasks(scenes.manifest, case, drives, scenes.ensemble, scenes.variables):
-                found.setdefault(task.key, estimate(task)[0])
+        for case, drives in [(point.case, scenes.drives), *without]:
+            tasks = scene_tasks(scenes.manifest, case, drives, scenes.ensemble, scenes.variables)
+            for _, task in tasks:
+                seconds, *_ = estimate(task)
+                found.setdefault(task.key, seconds)
     return math.fsum(found.values())
 
 
@@ -152,6 +154,8 @@ def find_verdict(found: Sequence[Influence], tolerance: float) -> Verdict:
         changes = np.array([abs(each.change) for each in own])
         reach = np.array([2.0 * each.uncertainty for each in own])
         least, most = changes - reach, changes + reach
+        # One number that surely changes is enough; that an effect is negligible takes all of them. An unknown change is NaN,
+        # of which neither holds.
         if (least > tolerance).any():
             sorted_by["needed"].append(effect)
         elif (most <= tolerance).all() or (not tolerance and np.isfinite(most).all()):
@@ -199,6 +203,7 @@ def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, s
     """Every effect of a scene, with the case and drives without it, or the reason why there is no such case."""
     for of_case in scenes.of_cases:
         if of_case.there(case):
+            # An effect may be one that others need, as friction is for sliding: then there is no such scene to compare with.
             try:
                 without = of_case.without(case)
                 wrong = find_refusal(refuse_with_stages, scenes.manifest, without)
@@ -206,9 +211,12 @@ def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, s
             except InvalidInput as error:
                 yield of_case.name, case, scenes.drives, str(error)
     for effect in scenes.of_drives:
-        if any(map(effect.there, scenes.drives.values())):
-            has = {label: each for label, each in scenes.drives.items() if effect.there(each)}
-            without_it = {label: effect.without(each) for label, each in has.items()}
+        without_it = {}
+        for label, drive in scenes.drives.items():
+            if effect.there(drive):
+                without_it[label] = effect.without(drive)
+        # Drives that lack the effect anyway stay as they are, and are not computed again.
+        if without_it:
             yield effect.name, case, {**scenes.drives, **without_it}, ""
 
 

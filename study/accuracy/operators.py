@@ -82,7 +82,9 @@ def measure_elastic_operator(setup: Setup, effort: Effort) -> Diagram:
 def _reference(slab: Slab, effort: Effort, widths: tuple[float, ...]) -> tuple[dict[float, dict[str, float]], float]:
     """Half-width of the contact -> the finest observables, and their largest change on a surface half as fine."""
     sizes = (effort.reference_size, (effort.reference_size + 1) // 2)
-    fine, coarse = (punch_observables(surface_compliance(reference_slab(slab, size)), widths) for size in sizes)
+    compliances = (surface_compliance(reference_slab(slab, size)) for size in sizes)
+    fine, coarse = (punch_observables(compliance, widths) for compliance in compliances)
+    # The change from twice the spacing bounds the error that is left: errors fall at least in proportion to the spacing.
     return fine, max(_worst(relative_errors(coarse[width], fine[width])) for width in widths)
 
 
@@ -101,9 +103,11 @@ def _energies(compliance: Compliance, half_width: float) -> dict[str, float]:
     """Energies of unit elliptic loads, and the work of an odd shear on the sideways displacement by an elliptic
     pressure."""
     even = _elliptic_forces(compliance, half_width)
+    # An even pressure moves the surface sideways by an odd amount, on which an even shear would do no work.
     odd, nothing = even * compliance.x / half_width, np.zeros(len(even))
     sideways, down = compliance.displacements(np.array([nothing, even]))
     dragged, _ = compliance.displacements(np.array([even, nothing]))
+    # Work of a load on its own displacement: ½ fᵀ C f.
     return {
         "normal_compliance": 0.5 * float(even @ down),
         "tangential_compliance": 0.5 * float(even @ dragged),
@@ -144,7 +148,9 @@ def nodal_forces_of_ball(compliance: Compliance, radius: float) -> Vector:
     root = np.sqrt(np.maximum(chord**2 - y**2, 0.0))
     # The integral up to each edge; the load of a square is the difference between its edges.
     up_to_edge = 0.5 * (y * root + chord**2 * np.arcsin(sine))
-    columns = np.einsum("cgr,g,c->cr", np.diff(up_to_edge, axis=-1), weights, half_width)
+    across = np.diff(up_to_edge, axis=-1)
+    # Columns c, places of Gauss g, rows r: the sum over places is the integral along x.
+    columns = np.einsum("cgr,g,c->cr", across, weights, half_width)
     return np.asarray(1.5 / (np.pi * radius**3) * columns.ravel())
 
 
@@ -160,6 +166,7 @@ def nodal_forces(x: Vector, half_width: float) -> Vector:
     share = 0.5 + (s * root + np.arcsin(s)) / np.pi
     moment = -2.0 * half_width / (3.0 * np.pi) * root**3
     second = x * share - moment
+    # By parts: ∫ q·hat_i is the second difference of ∫∫q over the spacing. Beyond both ends its slope is ∫q, the share.
     slope = np.diff(second) / np.diff(x)
     return np.diff(slope, prepend=share[0], append=share[-1])
 
@@ -190,12 +197,14 @@ def _contact(compliance: Compliance, half_width: float) -> dict[str, float]:
 def lateral_stiffness(compliance: Compliance, nodes: NDArray[np.int64]) -> float:
     """K = dF/dδ_p of nodes that all stick, the load constant and the approach free (Eq. 15), in G·L_y."""
     m = len(nodes)
+    # Tangential displacements come first, normal ones behind them.
     rows = np.concatenate((nodes, nodes + compliance.slab.nodes))
     # The load is held by a last row, the sum of all normal forces, whose unknown is the approach.
     pressed = np.concatenate((np.zeros(m), np.ones(m)))
     pressed = pressed[:, None]
     entries = compliance.entries(rows, rows)
     bordered = np.block([[entries, pressed], [pressed.T, np.zeros((1, 1))]])
+    # All nodes move by one along the surface; the normal load changes by nothing.
     moved = np.concatenate((np.ones(m), np.zeros(m + 1)))
     forces = np.linalg.solve(bordered, moved)
     return float(forces[:m].sum())

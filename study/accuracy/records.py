@@ -37,6 +37,7 @@ Sample = list[tuple[float, float]]
 def plateaus_of_members(case: Case, length: float, members: int) -> Sample:
     """Members of a case whose records have this length in presliding lengths."""
     compliance = surface_compliance(case.slab)
+    # The usual limit of events only: no other limit ends a record before its length.
     most = int(LIMITS["max_events"])
     long = replace(case, max_events=most, max_displacement=None, max_spacings=None, max_presliding=length)
     ensemble = Ensemble(members)
@@ -55,6 +56,7 @@ def measure_records(setup: Setup, effort: Effort) -> Diagram:
     usual = plateaus_of_members(setup.case, USUAL, most)
     longest = plateaus_of_members(setup.case, effort.lengths[-1], most)
     rows = [_row("members", count, usual[:count], longest[:count]) for count in effort.members]
+    # Of the same members: the difference is by their lengths alone.
     few = min(most, USUAL_MEMBERS)
     for length in effort.lengths:
         plateaus = plateaus_of_members(setup.case, length, few)
@@ -96,7 +98,9 @@ def _row(knob: str, value: float, found: Sample, truth: Sample) -> Row:
     values, seconds = np.array(found).T
     others, _ = np.array(truth).T
     mean, reference = mean_of(values), mean_of(others)
+    # Scatter and offset are independent: their squares add up.
     off = float(np.hypot(mean.uncertainty, mean.mean - reference.mean))
+    # The ball is its own reference, and has no error as such.
     if knob == "dimension" and np.array_equal(values, others):
         off = 0.0
     plateau = {"plateau": float(mean.mean), "plateau_uncertainty": float(mean.uncertainty)}

@@ -142,12 +142,15 @@ def contacts(case: Case, effort: Effort) -> tuple[float, ...]:
     """Half-widths of the effort's contacts that are about as wide as a case's own (Hertz), a/L_x."""
     widths = np.geomspace(*effort.half_widths)
     own = np.clip(estimate_half_width(case), widths[0], widths[-1])
-    return tuple(float(f"{width:.6g}") for width in widths[np.maximum(widths / own, own / widths) <= ALIKE_WIDTHS])
+    ratios = np.maximum(widths / own, own / widths)
+    # To six digits: the last bits of a power are rounding.
+    return tuple(float(f"{width:.6g}") for width in widths[ratios <= ALIKE_WIDTHS])
 
 
 def change_discretization(slab: Slab, discretization: Mapping[str, Any]) -> Slab:
     """Change the discretization of a slab, its other settings by default. Raises InvalidInput."""
-    return Slab.of({**{name: getattr(slab, name) for name in PHYSICS}, **discretization})
+    physics = {name: getattr(slab, name) for name in PHYSICS}
+    return Slab.of({**physics, **discretization})
 
 
 def discretization_settings(slab: Slab) -> dict[str, Any]:

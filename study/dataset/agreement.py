@@ -101,7 +101,9 @@ def find_verdict(
     size, beyond = float(np.max(apart)), apart > rounding
     if not beyond.any():
         return Verdict.ROUNDING, size
+    # Not `>`: a deviation of NaN is beyond, too.
     beyond &= ~(deviations(one, other, errors) <= most)
+    # One value that differs beyond a known error decides, whatever is unknown of the others.
     unknown = np.isnan(errors[0]) | np.isnan(errors[1])
     if (beyond & ~unknown).any():
         return Verdict.DIFFERENT, size

@@ -60,10 +60,12 @@ def match_rows(pair: Pair, kind: str) -> Matched:
     here, there = _places(one, names), _places(other, names)
     ours, theirs = one.values(ending), other.values(ending)
     shared = {key: (place, there[key]) for key, place in here.items() if key in there}
+    # A case that either dataset lacks, or that failed for want of time or memory, says nothing about the physics.
     done = {}
     for key, (left, right) in shared.items():
         if not {ours[left], theirs[right]} & set(NOTHING_KNOWN):
             done[key] = (left, right)
+    # Of the shape (0, 2) also without a shared row.
     at = np.array(list(done.values()), np.int64).reshape(-1, 2)
     labels = tuple(dict(key) for key in done)
     both = (one.at(at[:, 0]), other.at(at[:, 1]))
@@ -99,6 +101,7 @@ def _places(rows: CaseRows, names: Sequence[str]) -> dict[_Key, int]:
         pairs = [(name, column[row]) for name, column in columns.items()]
         keys.append(tuple(pair for pair in pairs if not _missing(pair[1])))
     found = {key: place for place, key in enumerate(keys)}
+    # Two rows of one key would both be compared with the last of the other dataset.
     if len(found) < len(keys):
         raise NotComparableError(f"cases are not told apart by {', '.join(names) or 'any parameter'}")
     return found
@@ -144,6 +147,7 @@ def uncertain_numbers(found: Matched) -> Iterator[Observed]:
     for name in _names(found):
         if not _judged(found, name):
             continue
+        # Rounding is relative to the variable in all cases: a number near zero is a difference of larger ones.
         scale = 0.0
         if _number(found, name):
             scale = max(magnitude(root[name].values) for root in found.roots)
@@ -207,6 +211,7 @@ def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[
     here, there = (np.array(value) for value in both)
     if identical(here, there):
         return Verdict.IDENTICAL, 0.0
+    # NaN of words, and of a number that one of the datasets lacks: neither has a distance.
     difference = abs(both[0] - both[1]) if here.dtype.kind in "fiu" else math.nan
     if math.isnan(difference):
         return _NOT_KNOWN if _may_differ_by_chance(both, members) else (Verdict.DIFFERENT, math.inf)

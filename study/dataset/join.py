@@ -36,6 +36,7 @@ def distinguishing_axes(dims: Sequence[str], roots: Sequence[xr.Dataset], source
     """Parameters with one value in each dataset, as few as distinguish the cases of all datasets beside their dimensions."""
     common = [name for name in parameters() if name not in dims and _has_one_value(name, roots)]
     candidates = [name for name in common if len(_values(name, roots)) > 1]
+    # From none on: each axis multiplies the places of the joined dataset, of which most would be empty.
     for count in range(len(candidates)):
         # Two cases in one place cannot be joined: the parameter that tells them apart has to become an axis.
         with suppress(NotJoinableError):
@@ -58,10 +59,12 @@ def _merge_datasets(
     merged = xr.Dataset()
     for root, source in zip(roots, sources, strict=True):
         part = _with_axes(root, axes, dims_by_name)
+        # One after the other, so that a conflict can be said of the dataset that brings it.
         try:
             merged = xr.merge([merged, part], compat="no_conflicts", join="outer", combine_attrs="override")
         except xr.MergeError:
             raise _conflict_error(merged, part, source, sources[0]) from None
+    # An outer join sorts its labels: those of a campaign that is not in ascending order get their own order back.
     return merged.sel({dim: _union(dim, roots) for dim in axes})
 
 
@@ -104,6 +107,7 @@ def _joint_dims(name: str, added: Sequence[str], roots: Sequence[xr.Dataset]) ->
     One value in each dataset stays one if it is the same in all; else it lies along the cases.
     """
     variants = [tuple(map(str, root[name].dims)) for root in roots if name in root.variables]
+    # Longest first, as the order of dimensions is that of their first appearance.
     variants.sort(key=len, reverse=True)
     dims = tuple(dict.fromkeys(chain.from_iterable(variants)))
     if dims or name == "case_id":
@@ -118,8 +122,10 @@ def _fill_missing(name: str, values: xr.DataArray, kind: np.dtype[Any]) -> xr.Da
     if kind.kind == "O":
         is_outcome = name in {ending.name for ending, *_ in OUTCOMES.values()}
         return values.fillna(PENDING if is_outcome else "")
+    # Counts: of a case that no dataset has, none.
     if kind == np.int32:
         values = values.fillna(0)
+    # A merge makes floats of whole numbers, for the sake of NaN: they become what they were where none is missing.
     if bool(values.isnull().any()):
         return values
     return values.astype(kind)

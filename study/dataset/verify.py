@@ -56,6 +56,7 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     facts = found.attrs
     if "manifest" not in facts or not {"case_id", variables.OUTCOMES[""].ending.name} <= set(found.variables):
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
+    # The texts of files are in the dataset: it can be verified where those are not.
     beside = {key: str(facts[f"manifest_{key}"]) for key in FILE_KEYS if f"manifest_{key}" in facts}
     if manifest_hash(str(facts["manifest"]), beside) != facts.get("manifest_sha256"):
         changed = "manifest: not what manifest_sha256 is of, or a file that it names is not"
@@ -107,6 +108,7 @@ def tasks_in_dataset(plan: Plan, cases: Sequence[CampaignCase], found: xr.Datase
     layout = case_layout(plan.manifest)
     for case in cases:
         keys = plan.case_tasks[case.case_id]
+        # Drives that were not finished have nothing to be compared with, and may take long.
         has_drives = any(drive for _, drive in keys)
         pending = _pending_drives(layout, found, case) if has_drives else set()
         wanted |= {key for (_, drive), key in keys.items() if drive not in pending}
