@@ -492,15 +492,12 @@ def _refuse_with_classical_sliding(case: Case) -> None:
 
 def _refuse_by_rows(case: Case) -> None:
     """Raise InvalidInput for parameters that need a plane of nodes, or that are not computed on a plane."""
-    points, planar = case.heterogeneity.roughness, case.slab.scheme.planar
-    if not planar:
-        need = '0, as plane strain has no y; or scheme = "half_space"'
-        require("start_y", case.start_y, case.start_y == 0.0, need)
-    if points and planar != (len(points[0]) == 3):
-        need = 'scheme = "half_space" or "layer", as plane strain takes a profile'
-        if planar:
-            need = "an image, as a profile says nothing across the drag"
-        raise InvalidInput("roughness", ABSENT, need, {"scheme": case.slab.scheme.name})
+    points, layout = case.heterogeneity.roughness, case.slab.layout
+    need = '0, as plane strain has no y; or scheme = "half_space"'
+    require("start_y", case.start_y, case.start_y == 0.0 or "y" in layout.AXES, need)
+    # Points of a roughness have their height beside their place.
+    if points and len(points[0]) != len(layout.AXES) + 1:
+        raise InvalidInput("roughness", ABSENT, layout.ROUGHNESS, {"scheme": case.slab.scheme.name})
 
 
 def _refuse_with_a_path(case: Case) -> None:

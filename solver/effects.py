@@ -1,11 +1,11 @@
 """The effects that a scene may leave out, each declared once: effects of the contact, and effects of the drive."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Final, Generic, TypeVar
 
 from nanoslip.solver.case import Case
+from nanoslip.solver.contact.closed_forms import smooth_contact
 from nanoslip.solver.contact.pin import estimate_half_width
 from nanoslip.solver.drive import OVER_A_CONTACT, TO_AND_FRO, Drive, other_than_a_contact
 from nanoslip.solver.parameter import quantity
@@ -105,15 +105,15 @@ class SpacingChange:
 
 
 def _bottomless(slab: Slab) -> Slab:
-    return Slab(slab.n_x, poisson=slab.poisson, scheme="half_space" if slab.scheme.planar else "half_plane")
+    return Slab(slab.n_x, poisson=slab.poisson, scheme=slab.layout.BOTTOMLESS)
 
 
 def make_plane_strain(case: Case) -> Case:
     """The cylinder with a ball's curvature, Hertz half-width and node spacing; a disc is a punch under the same load."""
     load = case.normal_load
+    slab = replace(case.slab, scheme=case.slab.scheme.IN_PLANE_STRAIN)
     if case.pin == "parabola":
-        load = math.pi * estimate_half_width(case) ** 2 / (2.0 * case.radius * (1.0 - case.slab.poisson))
-    slab = replace(case.slab, scheme="half_plane" if case.slab.scheme.bottomless else "strip")
+        load = smooth_contact(slab.scheme.LAYOUT).hertz_load(estimate_half_width(case), case.radius, slab.poisson)
     return replace(case, slab=slab, normal_load=load, start_y=0.0)
 
 
@@ -131,7 +131,7 @@ OF_CASES: Final[tuple[Effect[Case], ...]] = (
     ),
     Effect(
         "third_dimension",
-        lambda case: case.slab.scheme.planar and not case.heterogeneity.roughness,
+        lambda case: bool(case.slab.scheme.IN_PLANE_STRAIN) and not case.heterogeneity.roughness,
         make_plane_strain,
         "scheme half_plane, of a layer strip, at the load with the same Hertz half-width: as many nodes across",
     ),

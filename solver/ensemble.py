@@ -56,8 +56,9 @@ class Ensemble:
             drawn = replace(drawn, seed=chance.seed)
         if drawn.roughness and self.places == "drawn":
             drawn = replace(drawn, roughness=elsewhere(drawn.roughness, chance.place, chance.place_y))
-        start_y = (case.start_y + chance.start_y) % 1.0 if case.slab.scheme.planar else 0.0
-        return replace(case, start=(case.start + chance.start) % 1.0, start_y=start_y, heterogeneity=drawn)
+        start_y = case.slab.layout.repeat_across(case.start_y + chance.start_y)
+        start = (case.start + chance.start) % 1.0
+        return replace(case, start=start, start_y=start_y, heterogeneity=drawn)
 
     def sizes(self) -> Iterator[int]:
         """Numbers of members at which the target is tested; the last is the largest."""
@@ -137,7 +138,9 @@ def _shift_profile(xi: Floats, rows: Floats, place: float) -> tuple[Floats, ...]
     moved = first + (there - first - place * period) % period
     inside = np.sort(moved[(moved - first >= LEAST_APART) & (xi[-1] - moved >= LEAST_APART)])
     knots = np.concatenate((xi[:1], inside[np.diff(inside, prepend=-math.inf) >= LEAST_APART], xi[-1:]))
-    mirrored = (np.concatenate((heights, heights[-2:0:-1])) for heights in rows)
+    # To and fro over the heights: where one period ends, the next begins.
+    back = (heights[-2:0:-1] for heights in rows)
+    mirrored = map(np.append, rows, back)
     rises = [np.interp(knots + place * period, there, heights, period=period) for heights in mirrored]
     return knots, np.array(rises)
 
@@ -156,7 +159,8 @@ def omission_error(without: Sequence[float], whole: Sequence[float]) -> float:
 
     Both are computed from the same members, so scatter cancels. Infinite if unknown.
     """
-    change, mean = mean_of(np.subtract(without, whole)), mean_of(np.array(whole, float))
+    change = mean_of(np.subtract(without, whole))
+    mean = mean_of(np.array(whole, float))
     error = float((abs(change.mean) + 2.0 * change.uncertainty) / abs(mean.mean)) if mean.mean else math.nan
     return error if math.isfinite(error) else math.inf
 

@@ -7,12 +7,10 @@ Other names are refused.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, ClassVar, Literal, Self
 
-import numpy as np
-
 from nanoslip.solver.arrays import Floats
+from nanoslip.solver.layout import Layout, Row
 from nanoslip.solver.parameter import (
     Family,
     Parameter,
@@ -38,16 +36,22 @@ class Scheme(ABC):
     name: ClassVar[str]
     reciprocal: ClassVar[bool] = True
     """True if its operator is that of an elastic body: symmetric, positive definite."""
+    length: ClassVar[float] = 1.0
+    """Length of the surface, in L_x; infinite if it goes on beyond its end nodes."""
     endless: ClassVar[bool] = False
     """True if the surface continues beyond its end nodes: no sides."""
+    has_height: ClassVar[bool] = True
+    """False if no number depends on the slab's height."""
     bottomless: ClassVar[bool] = False
     """True if the body has no bottom: a contact is as wide as on a half-plane."""
     incompressible: ClassVar[bool] = False
     """True if it accepts ν = 0.5."""
-    equal_widths: ClassVar[bool] = False
-    """True if the end nodes have as much surface as all others."""
-    planar: ClassVar[bool] = False
-    """True if its surface is a square of n_x by n_x nodes, numbered column by column along x; else it is a row."""
+    LAYOUT: ClassVar[type[Layout]] = Row
+    """Layout of the surface nodes: a row or a plane."""
+    end_share: ClassVar[float] = 0.5
+    """Surface of the end nodes over that of others: half a control volume, unless the surface goes on or blocks are all alike."""
+    IN_PLANE_STRAIN: ClassVar[str] = ""
+    """Name of the scheme for the same body in plane strain; empty where this one is in plane strain."""
     continuum: ClassVar[bool] = True
     """True if it is an elastic body that G and ν describe completely."""
     sizes: ClassVar[str] = f"2^N + 1 with N from 2 to {MOST_LEVELS}: 5, 9, 17, 33, 65, 129 … {MOST_NODES}"
@@ -57,6 +61,10 @@ class Scheme(ABC):
     def takes(cls, n_x: int) -> bool:
         """True if it accepts this number of surface nodes."""
         return 2 <= grid_levels(n_x) <= MOST_LEVELS
+
+    def stored_numbers(self, slab: "Slab") -> int:
+        """Number of entries of a surface compliance that is kept for others; 0 if it is computed faster than read."""
+        return (2 * slab.n_x) ** 2
 
     def completed(self, slab: "Slab") -> Self:
         """These settings with the scheme's own values in place of None. Raises InvalidInput for what does not fit the slab."""
@@ -76,6 +84,10 @@ class Scheme(ABC):
     def bed_stiffness(self) -> float | None:
         """Stiffness per length of independent springs under the surface, in G/L_x; None for a continuum."""
         return None
+
+    @abstractmethod
+    def lateral_stiffness(self, slab: "Slab", nodes: float) -> float:
+        """An estimate of the stiffness K, in G·L_y, of a contact with this number of nodes across that move together."""
 
     def is_laterally_restrained(self, slab: "Slab") -> bool:
         """True if a boundary keeps the slab from following the drag for ever."""
@@ -129,6 +141,8 @@ class Slab:
         require("n_x", self.n_x, settings.takes(self.n_x), settings.sizes)
         taken = settings.incompressible or self.poisson < 0.5
         require("poisson", self.poisson, taken, "less than 0.5 with a grid; others take 0.5")
+        # Settings may depend on the spacing, and so on the layout of their own scheme.
+        object.__setattr__(self, "scheme", settings)
         object.__setattr__(self, "scheme", settings.completed(self))
 
     @classmethod
@@ -146,47 +160,35 @@ class Slab:
         return own | SCHEMES.flat(self.scheme)
 
     @property
+    def layout(self) -> Layout:
+        """Layout of the surface nodes."""
+        kind: type[Layout] = self.scheme.LAYOUT
+        return kind(self.n_x, self.scheme.end_share)
+
+    @property
     def rows(self) -> int:
         """Number of surface nodes across the drag: 1 in plane strain."""
-        return self.n_x if self.scheme.planar else 1
+        return self.layout.rows
 
     @property
     def nodes(self) -> int:
         """Number of surface nodes."""
-        return self.n_x * self.rows
+        return self.layout.nodes
 
     @property
     def spacing(self) -> float:
         """Distance between surface nodes, in L_x."""
-        return 1.0 / (self.n_x - 1)
+        return self.layout.spacing
 
     @property
     def node_area(self) -> float:
         """Surface that belongs to a node inside of the surface, in L_x; of a plane of nodes in L_x²."""
-        return self.spacing**2 if self.scheme.planar else self.spacing
+        return self.layout.node_area
 
 
 def parameters_of_a_slab() -> Mapping[str, Parameter]:
     """Every parameter of a slab by name, including the parameters of all schemes."""
     return merge_parameters(Slab, *SCHEMES.values())
-
-
-@lru_cache(maxsize=4)  # asked many times for each case, and few campaigns have more grids at a time
-def surface_x(n_x: int, first_node: int = 0, nodes: int | None = None) -> Floats:
-    """Positions of a slab's n_x surface nodes from its middle, in L_x, (n_x,), read-only.
-
-    On a surface without ends a window of nodes may begin anywhere.
-    """
-    places = np.linspace(-0.5, 0.5, n_x)
-    if first_node or nodes not in (None, n_x):
-        places = (np.arange(nodes or n_x) + first_node) / (n_x - 1) - 0.5
-    places.setflags(write=False)
-    return places
-
-
-def surface_y(rows: int, nodes: int) -> Floats:
-    """Positions across the drag of this number of surface nodes in rows, from the middle row, in L_x; 0 of a single row."""
-    return np.tile(surface_x(rows) if rows > 1 else np.zeros(1), nodes // rows)
 
 
 PHYSICS = ("aspect_ratio", "poisson", "support")

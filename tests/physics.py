@@ -8,14 +8,14 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.limit import node_limit
-from nanoslip.solver.contact.pin import make_pin, surface_from_pin
+from nanoslip.solver.contact.pin import make_pin, node_limit, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance
+from nanoslip.solver.layout import Row
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.record import FrictionRecord
 
-ROWS = tuple(name for name, kind in SCHEMES.items() if not kind.planar)
+ROWS = tuple(name for name, kind in SCHEMES.items() if kind.LAYOUT is Row)
 """Schemes of plane strain; a plane of nodes has hard cases of its own (tests/solver/test_half_space.py)."""
 
 LIMITS = {

@@ -17,12 +17,12 @@ ROOT = Path(__file__).parents[1]
 
 ORDER = {
     "nanoslip": "solver study",
-    "nanoslip.solver": "arrays compiled cache_folder compiling last outcome progress parameter view slab load_path case ensemble "
-    "drive elasticity contact sliding effects dynamics driven simulate",
+    "nanoslip.solver": "arrays compiled cache_folder compiling last outcome progress parameter view layout slab load_path case "
+    "ensemble drive elasticity contact sliding effects dynamics driven simulate",
     "nanoslip.solver.elasticity": "fields grid condensation grid_scheme schemes interior compliance",
     "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane planar half_space strip layer chain",
-    "nanoslip.solver.contact": "kernels closed_forms pin limit state soundness normal convolved tableau compiled_contact coulomb"
-    " initial",
+    "nanoslip.solver.contact": "kernels closed_forms pin state soundness normal convolved tableau compiled_contact"
+    " coulomb initial",
     "nanoslip.solver.contact.kernels": "pivots state events path",
     "nanoslip.solver.sliding": "kernels record plateau validity coarsening way full_contact constant_pressures coulomb_friction"
     " slide path statistics interface slider power_law sizes",

@@ -1,12 +1,15 @@
 """Closed forms of contact to compare with: a half-plane under Hertz's parabola and a flat punch, at rest and sliding (§3.1)."""
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import scipy
 
 from nanoslip.solver.arrays import Floats
+from nanoslip.solver.layout import Layout, Plane, Row
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,76 @@ def hertz(normal_load: float, radius: float, poisson: float) -> HertzContact:
     """Line contact of a rigid parabola of `radius` under `normal_load` on a half-plane without friction."""
     half_width = hertz_half_width(normal_load, radius, poisson)
     return HertzContact(half_width, 2 * normal_load / (math.pi * half_width))
+
+
+class SmoothContact(ABC):
+    """Contact of a smooth pin, by the nodes that it is computed on: half-widths in L_x, loads in G·L_x·L_y (of a ball G·L_x²)."""
+
+    @abstractmethod
+    def hertz(self, normal_load: float, radius: float, poisson: float) -> float:
+        """Hertz's half-width."""
+
+    @abstractmethod
+    def hertz_load(self, half_width: float, radius: float, poisson: float) -> float:
+        """The load with this half-width of Hertz's."""
+
+    @abstractmethod
+    def film(self, normal_load: float, radius: float, poisson: float, height: float) -> float:
+        """Half-width on a bonded film of this height, much thinner than it."""
+
+    @abstractmethod
+    def punch_pressure(self, half_width: float) -> float:
+        """Smallest pressure under a flat punch per load, in its middle."""
+
+    @abstractmethod
+    def hertz_pressure(self, half_width: float) -> float:
+        """Largest pressure of Hertz's contact per load, in its middle."""
+
+
+class LineContact(SmoothContact):
+    """A cylinder in plane strain: nodes in a row."""
+
+    def hertz(self, normal_load: float, radius: float, poisson: float) -> float:
+        return hertz_half_width(normal_load, radius, poisson)
+
+    def hertz_load(self, half_width: float, radius: float, poisson: float) -> float:
+        return math.pi * half_width**2 / (2.0 * radius * (1.0 - poisson))
+
+    def film(self, normal_load: float, radius: float, poisson: float, height: float) -> float:
+        return film_half_width(normal_load, radius, poisson, height)
+
+    def punch_pressure(self, half_width: float) -> float:
+        return 1.0 / (math.pi * half_width)
+
+    def hertz_pressure(self, half_width: float) -> float:
+        return 2.0 / (math.pi * half_width)
+
+
+class PointContact(SmoothContact):
+    """A ball in three dimensions: nodes on a plane."""
+
+    def hertz(self, normal_load: float, radius: float, poisson: float) -> float:
+        return hertz_radius(normal_load, radius, poisson)
+
+    def hertz_load(self, half_width: float, radius: float, poisson: float) -> float:
+        return 8.0 * half_width**3 / (3.0 * radius * (1.0 - poisson))
+
+    def film(self, normal_load: float, radius: float, poisson: float, height: float) -> float:
+        return film_radius(normal_load, radius, poisson, height)
+
+    def punch_pressure(self, half_width: float) -> float:
+        return 1.0 / (2.0 * math.pi * half_width**2)
+
+    def hertz_pressure(self, half_width: float) -> float:
+        return 1.5 / (math.pi * half_width**2)
+
+
+_SMOOTH_CONTACTS: Final[dict[type[Layout], SmoothContact]] = {Row: LineContact(), Plane: PointContact()}
+
+
+def smooth_contact(layout: type[Layout]) -> SmoothContact:
+    """The closed forms of a smooth pin on nodes of this layout: of a line or a point contact."""
+    return _SMOOTH_CONTACTS[layout]
 
 
 def flat_punch_pressure(x: Floats, half_width: float, normal_load: float) -> Floats:

@@ -2,13 +2,15 @@
 
 import math
 import sys
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Nodes, Vector
+from nanoslip.solver.arrays import Indices, Nodes, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve_violations
 from nanoslip.solver.contact.kernels.pivots import new_pivots
@@ -20,7 +22,7 @@ from nanoslip.solver.contact.kernels.state import (
     KernelConstants,
     KernelPin,
     KernelState,
-    Plane,
+    Plane as KernelPlane,
     Rise,
     SlipConstants,
     Stop,
@@ -29,8 +31,7 @@ from nanoslip.solver.contact.kernels.state import (
     new_scalars,
     respond,
 )
-from nanoslip.solver.contact.limit import node_strength
-from nanoslip.solver.contact.pin import estimate_half_width, make_pin, node_friction, surface_from_pin
+from nanoslip.solver.contact.pin import estimate_half_width, make_pin, node_friction, node_strength, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.contact.tableau import Window, tableau, tableau_from_base, wider, window_entries, zero_lines
 from nanoslip.solver.elasticity.compliance import (
@@ -40,7 +41,9 @@ from nanoslip.solver.elasticity.compliance import (
     EndlessCompliance,
 )
 from nanoslip.solver.elasticity.schemes.planar import PlaneConvolution
+from nanoslip.solver.layout import Layout, Plane, Row
 from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.slab import Slab
 
 # The window of surface nodes that the kernels follow: the contact and a margin. Slips cost what the window is wide.
 #
@@ -60,52 +63,132 @@ NOT_SEEN = 2.0
 """Factor by which nodes beyond a window may come nearer to the pin than the nodes at its ends, which are watched."""
 
 
-def around(case: Case, followed: Nodes, pin_rate: float = 0.0) -> Window:
-    """The window of nodes (n,) to follow, with its margin. pin_rate: of a pin that slides on (`Scalars.pin_rate`), or 0."""
-    if case.slab.rows > 1:
-        smooth_rate = 0.0 if case.heterogeneity.roughness else pin_rate
-        return _patch_around(followed.reshape(-1, case.slab.rows), smooth_rate)
-    nodes, more = followed.nonzero()[0], margin(len(followed))
-    first = max(int(nodes[0]) - more, 0)
-    last = min(int(nodes[-1]) + more, len(followed) - 1)
-    return np.arange(first, last + 1)
+class Follower(ABC):
+    """Follows a contact on one layout of nodes."""
+
+    @abstractmethod
+    def around(self, slab: Slab, followed: Nodes, pin_rate: float) -> Window:
+        """The nodes (n,) to follow, with their margin. pin_rate: of a smooth pin that slides on (`Scalars.pin_rate`), or 0."""
+
+    @abstractmethod
+    def outer_nodes(self, case: Case, window: Window, contact: Nodes, pin_rate: float | None) -> Nodes:
+        """Nodes of a window, (n,), whose touch requires a new window.
+
+        contact: of the window. On a surface without ends the grid goes on beyond, the way that the pin moves
+        (`Scalars.pin_rate`, None at initial contact; to both sides where it rests), unless the contact is as wide.
+        """
+
+    @abstractmethod
+    def ends(self, outer: Nodes) -> Indices:
+        """Numbers in the window of the nodes that are watched for others beyond it, from its outer nodes (n,)."""
+
+    @abstractmethod
+    def margin(self, slab: Slab) -> int:
+        """Distance to the end of a grid, in columns of nodes, within which it goes on, on a surface without ends."""
+
+    @abstractmethod
+    def is_in_spots(self, contact: Nodes) -> bool:
+        """True if a contact (n,) of a rough pin is so scattered that all of the surface is to be followed."""
+
+    @abstractmethod
+    def travel(self, slab: Slab) -> int:
+        """Spacings that a rough pin may move on before the next window: less than the margin."""
+
+    @abstractmethod
+    def expected_nodes(self, case: Case) -> float:
+        """Number of nodes in contact, as it follows from the case, from which a base of tableaus is chosen; 0 without bases."""
 
 
-def _patch_around(followed: Nodes, pin_rate: float) -> Window:
-    """The patch of a plane to follow. followed: (columns, rows). A smooth pin that slides on does not return to the
-    nodes behind it: there one ring less is enough."""
-    patch = wider(followed, RINGS)
-    if pin_rate:
-        columns = np.flatnonzero(followed.any(axis=1))
-        from_middle = 2 * np.arange(len(followed)) - columns[0] - columns[-1]  # twice the distance
-        behind = from_middle * pin_rate < 0.0
-        patch[behind] = wider(followed, RINGS - 1)[behind]
-    return np.flatnonzero(patch)
+class RowFollower(Follower):
+    """Neighbours in a row, from the margin before the first node followed to that behind the last."""
+
+    def around(self, slab: Slab, followed: Nodes, pin_rate: float) -> Window:
+        nodes, more = followed.nonzero()[0], margin(slab.n_x)
+        first = max(int(nodes[0]) - more, 0)
+        last = min(int(nodes[-1]) + more, slab.n_x - 1)
+        return np.arange(first, last + 1)
+
+    def outer_nodes(self, case: Case, window: Window, contact: Nodes, pin_rate: float | None) -> Nodes:
+        slab, goes_on = case.slab, case.slab.scheme.endless and pin_rate is not None
+        last = len(window) - 1
+        grows_behind = goes_on and pin_rate != 1.0 and not contact[: GUARD + 1].any()
+        grows_ahead = goes_on and pin_rate != -1.0 and not contact[last - GUARD :].any()
+        outer = np.zeros(len(window), np.bool_)
+        if window[0] > 0 or grows_behind:
+            outer[:GUARD] = True
+        if window[-1] + 1 < slab.n_x or grows_ahead:
+            outer[max(last - GUARD + 1, 0) :] = True
+        return outer
+
+    def ends(self, outer: Nodes) -> Indices:
+        return np.array([0, len(outer) - 1])
+
+    def margin(self, slab: Slab) -> int:
+        return margin(slab.n_x)
+
+    def is_in_spots(self, contact: Nodes) -> bool:
+        nodes = np.flatnonzero(contact)
+        return bool(len(nodes) < ONE_SPOT * (nodes[-1] - nodes[0] + 1))
+
+    def travel(self, slab: Slab) -> int:
+        return margin(slab.n_x) - GUARD
+
+    def expected_nodes(self, case: Case) -> float:
+        return 0.0
 
 
-def outer_nodes(case: Case, window: Window, contact: Nodes, pin_rate: float | None) -> Nodes:
-    """Nodes of a window, (n,), whose touch requires a new window.
+class PatchFollower(Follower):
+    """A patch of a plane: the nodes followed, and rings of free nodes around them."""
 
-    contact: of the window. On a surface without ends the grid goes on beyond, the way that the pin moves (`Scalars.pin_rate`,
-    None at initial contact; to both sides where it rests), unless the contact is as wide.
-    """
-    slab, goes_on = case.slab, case.slab.scheme.endless and pin_rate is not None
-    if slab.rows > 1:
+    def around(self, slab: Slab, followed: Nodes, pin_rate: float) -> Window:
+        by_column = followed.reshape(-1, slab.rows)
+        patch = wider(by_column, RINGS)
+        # A smooth pin that slides on does not return to the nodes behind it: there one ring less is enough.
+        if pin_rate:
+            columns = np.flatnonzero(by_column.any(axis=1))
+            from_middle = 2 * np.arange(len(by_column)) - columns[0] - columns[-1]  # twice the distance
+            behind = from_middle * pin_rate < 0.0
+            patch[behind] = wider(by_column, RINGS - 1)[behind]
+        return np.flatnonzero(patch)
+
+    def outer_nodes(self, case: Case, window: Window, contact: Nodes, pin_rate: float | None) -> Nodes:
+        slab, goes_on = case.slab, case.slab.scheme.endless and pin_rate is not None
         columns = window[contact] // slab.rows
+        # A column more on either side stands for what is beyond the grid.
         beyond = np.ones((slab.n_x + 2, slab.rows), np.bool_)
         beyond[0] = goes_on and pin_rate != 1.0 and columns.min() > 0
         beyond[-1] = goes_on and pin_rate != -1.0 and columns.max() < slab.n_x - 1
         beyond[1:-1].reshape(-1)[window] = False
         return wider(beyond)[1:-1].ravel()[window]
-    last = len(window) - 1
-    grows_behind = goes_on and pin_rate != 1.0 and not contact[: GUARD + 1].any()
-    grows_ahead = goes_on and pin_rate != -1.0 and not contact[last - GUARD :].any()
-    outer = np.zeros(len(window), np.bool_)
-    if window[0] > 0 or grows_behind:
-        outer[:GUARD] = True
-    if window[-1] + 1 < slab.n_x or grows_ahead:
-        outer[max(last - GUARD + 1, 0) :] = True
-    return outer
+
+    def ends(self, outer: Nodes) -> Indices:
+        return np.flatnonzero(outer)
+
+    def margin(self, slab: Slab) -> int:
+        return RINGS + 1
+
+    def is_in_spots(self, contact: Nodes) -> bool:
+        return False
+
+    def travel(self, slab: Slab) -> int:
+        return RINGS - 1
+
+    def expected_nodes(self, case: Case) -> float:
+        return math.pi * (estimate_half_width(case) / case.slab.spacing) ** 2
+
+
+_FOLLOWERS: Final[dict[type[Layout], Follower]] = {Row: RowFollower(), Plane: PatchFollower()}
+
+
+def follower(case: Case) -> Follower:
+    """The follower of a case's contacts."""
+    return _FOLLOWERS[type(case.slab.layout)]
+
+
+def window_around(case: Case, followed: Nodes, pin_rate: float = 0.0) -> Window:
+    """The window of nodes (n,) to follow, with its margin. pin_rate: of a pin that slides on (`Scalars.pin_rate`), or 0."""
+    smooth_rate = 0.0 if case.heterogeneity.roughness else pin_rate
+    return follower(case).around(case.slab, followed, smooth_rate)
 
 
 def dropped_nodes(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) -> int:
@@ -113,38 +196,13 @@ def dropped_nodes(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) 
     followed keeps its margin; 0 while it has it, below 0 to go on to the left. followed, contact: (n,)."""
     rows, columns = case.slab.rows, case.slab.n_x
     nodes = (contact if followed.all() else followed).nonzero()[0] // rows
-    more = margin(columns) if rows == 1 else RINGS + 1
+    more = follower(case).margin(case.slab)
     off = int(nodes[0] + nodes[-1] + 1 - columns)  # twice the distance from the grid's middle
     is_near_right = int(nodes[-1]) + more >= columns and pin_rate != -1.0
     is_near_left = int(nodes[0]) < more and pin_rate != 1.0
     is_near = is_near_right if off > 0 else is_near_left
     # Towards 0, not down: to the left the grid goes on as to the right.
     return rows * int(off / 2) if case.slab.scheme.endless and is_near else 0
-
-
-def following(case: Case, compliance: Compliance, state: ContactState, nodes: int) -> ContactState:
-    """Shift the contact to a grid that has advanced by `nodes` nodes; new nodes move as the forces require."""
-    contact = np.roll(state.contact, -nodes)
-    forces = np.roll(state.nodal_force, -nodes, axis=1)
-    u, v = compliance.displacements(forces)
-    v += state.approach
-    # Nodes in contact keep their places to the last bit: those of the compliance are rounded.
-    kept = np.flatnonzero(contact)
-    u[kept] = state.u[kept + nodes]
-    v[kept] = state.w[kept + nodes] + state.approach
-    return state_from_forces(
-        case,
-        compliance.widths,
-        contact,
-        forces,
-        u,
-        v,
-        state.approach,
-        state.displacement,
-        state.slips,
-        state.outcome,
-        state.first_node + nodes,
-    )
 
 
 def nodes_in_reach(
@@ -156,8 +214,7 @@ def nodes_in_reach(
     """
     if not case.heterogeneity.roughness:
         return contact
-    nodes = np.flatnonzero(contact)
-    if case.slab.rows == 1 and len(nodes) < ONE_SPOT * (nodes[-1] - nodes[0] + 1):
+    if follower(case).is_in_spots(contact):
         return np.ones_like(contact)
     farther, deeper = _reach(case)
     lowest = make_pin(case).lower_bound(surface_from_pin(case, first_node) + u - displacement, farther)
@@ -188,9 +245,33 @@ def window_reach(case: Case, state: KernelState, ends: Window) -> tuple[float, W
 
 def _reach(case: Case) -> tuple[float, float]:
     """Travel of a rough pin that one window allows (less than its margin), and the largest approach to nodes beyond."""
-    nodes = margin(case.slab.n_x) - GUARD if case.slab.rows == 1 else RINGS - 1
-    farther = nodes * case.slab.spacing
+    farther = follower(case).travel(case.slab) * case.slab.spacing
     return farther, make_pin(case).largest_fall(farther) + SINKING * case.normal_load
+
+
+def following(case: Case, compliance: Compliance, state: ContactState, nodes: int) -> ContactState:
+    """Shift the contact to a grid that has advanced by `nodes` nodes; new nodes move as the forces require."""
+    contact = np.roll(state.contact, -nodes)
+    forces = np.roll(state.nodal_force, -nodes, axis=1)
+    u, v = compliance.displacements(forces)
+    v += state.approach
+    # Nodes in contact keep their places to the last bit: those of the compliance are rounded.
+    kept = np.flatnonzero(contact)
+    u[kept] = state.u[kept + nodes]
+    v[kept] = state.w[kept + nodes] + state.approach
+    return state_from_forces(
+        case,
+        compliance.widths,
+        contact,
+        forces,
+        u,
+        v,
+        state.approach,
+        state.displacement,
+        state.slips,
+        state.outcome,
+        state.first_node + nodes,
+    )
 
 
 @dataclass(slots=True, eq=False)
@@ -229,7 +310,7 @@ def compile_contact(
     it tolerances are relative. slides: whether the grid may go on. direction: of the path.
     Raises SingularOperator if the contact's compliance has no inverse.
     """
-    window = around(case, followed, direction.pin_rate if slides else 0.0)
+    window = window_around(case, followed, direction.pin_rate if slides else 0.0)
     state = _state(case, compliance, window, contact[window], displacement, first_node, direction)
     state.inputs[-1] = -(case.normal_load if load is None else load)
     nodes = len(state.x)
@@ -252,9 +333,7 @@ def _state(
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
     few = compliance.slab.nodes <= FEW_NODES and compliance.lasting
     set_up = _set_up_before if few else _set_up
-    expected = 0.0
-    if case.slab.scheme.planar:
-        expected = math.pi * (estimate_half_width(case) / case.slab.spacing) ** 2
+    expected = follower(case).expected_nodes(case)
     columns, plane, padded = set_up(compliance, window.tobytes(), contact.tobytes(), expected)
     entries, nodes = 2 * len(contact) + 1, len(contact)
     if few:
@@ -283,7 +362,7 @@ def _state(
 
 def _set_up(
     compliance: Compliance, window: bytes, contact: bytes, expected: float
-) -> tuple[NDArray[np.float64], Plane | None, NDArray[np.float64]]:
+) -> tuple[NDArray[np.float64], KernelPlane | None, NDArray[np.float64]]:
     """The compliance between the window's nodes, (2n, 2n), or their places on a plane; and the tableau of the nodes
     in contact.
 
@@ -294,7 +373,7 @@ def _set_up(
     plane, padded = None, None
     within = np.empty((0, 0))
     if isinstance(compliance, EndlessCompliance) and isinstance(compliance.convolution, PlaneConvolution):
-        plane = Plane(compliance.convolution.by_offset, *compliance.convolution.runs(nodes))
+        plane = KernelPlane(compliance.convolution.by_offset, *compliance.convolution.runs(nodes))
         padded = tableau_from_base(compliance, nodes, touching, expected)
     else:
         within = compliance.window(nodes)
@@ -367,9 +446,11 @@ def slip_constants(case: Case) -> SlipConstants:
 
 
 def _constants(case: Case, window: Window, state: KernelState, pin_rate: float | None) -> KernelConstants:
-    pin, outer = make_pin(case), outer_nodes(case, window, state.contact, pin_rate)
-    ends = np.flatnonzero(outer) if case.slab.rows > 1 else np.array([0, len(window) - 1])
-    rise = Rise(pin.knots, pin.rises, window % len(pin.rises)) if pin.rough else None
+    pin, watched = make_pin(case), follower(case)
+    outer = watched.outer_nodes(case, window, state.contact, pin_rate)
+    ends = watched.ends(outer)
+    rows = window % len(pin.rises)
+    rise = Rise(pin.knots, pin.rises, rows) if pin.rough else None
     # Some roundings of a parabola's height, L_x from its lowest point.
     rounding = 2 * sys.float_info.epsilon * pin.curvature
     return KernelConstants(

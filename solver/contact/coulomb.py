@@ -10,9 +10,16 @@ from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.case import Case, limits_shear
 from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind, Stop
-from nanoslip.solver.contact.limit import contact_area, contact_limit, node_strength
 from nanoslip.solver.contact.normal import finite
-from nanoslip.solver.contact.pin import Pin, make_pin, node_friction, surface_from_pin
+from nanoslip.solver.contact.pin import (
+    Pin,
+    contact_area,
+    contact_limit,
+    make_pin,
+    node_friction,
+    node_strength,
+    surface_from_pin,
+)
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import Compliance, add_node, contact_stiffness_matrix, remove_node
@@ -126,7 +133,8 @@ class CoulombContact:
 
         Undivided it is as uncertain as μ_i times a pressure: at a μ_i of 10⁴ rounding alone would pass for a slip.
         """
-        over = np.abs(self.force[0]) - (self.node_strength + self.node_friction * self.normal_force)
+        limit = self.node_strength + self.node_friction * self.normal_force
+        over = np.abs(self.force[0]) - limit
         over /= np.maximum(self.node_friction, 1.0)
         return np.where(self.contact & (self.sliding == 0.0), over, -self.normal_load)
 

@@ -87,7 +87,8 @@ def diagnose_state(case: Case, compliance: Compliance, state: ContactState) -> C
     # Constant pressures are those of initial contact, however far the pin has gone since.
     carried = case.effects.pin_translation or state.displacement == 0.0
     if carried and (outcome.ok or outcome.ending in CAUSED_BY_ROUNDING):
-        where, softness = (state.contact, state.u, state.displacement, state.first_node), compliance.own_displacement()
+        where = (state.contact, state.u, state.displacement, state.first_node)
+        softness = compliance.own_displacement()
         found = soundness(case, softness, *where)
         if outcome.ok and found.ok:
             found = accuracy_of_heights(case, softness, state)
@@ -173,7 +174,8 @@ def _load_gradually(case: Case, compliance: Compliance) -> ContactState:
     """Start from a millionth of a millionth of the load on the lowest nodes and raise it event by event."""
     x = surface_from_pin(case)
     height = make_pin(case).height(x)
-    lowest, everywhere = height == height.min(), np.ones(len(x), dtype=np.bool_)
+    lowest = height == height.min()
+    everywhere = np.ones(len(x), dtype=np.bool_)
     compiled = compile_contact(
         case, compliance, lowest, np.zeros_like(x), height, everywhere, load=1e-12 * case.normal_load, direction=PRESSED
     )
@@ -190,7 +192,8 @@ ROOM: Final = 4096
 
 def _raise_load(compiled: CompiledContact, load: float) -> tuple[Stop, int]:
     """Raise the load event by event, the pin held; why that ended, and the node slips of all events."""
-    events, node_slips = empty_events(ROOM), np.zeros(len(compiled.state.x), np.int64)
+    events = empty_events(ROOM)
+    node_slips = np.zeros(len(compiled.state.x), np.int64)
     status = answer_violations(compiled)
     slips, moved = int(compiled.state.scalars["slips"]), 0
     while status == Stop.DONE:
@@ -211,7 +214,8 @@ def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactS
     if case.initial_contact == "gradual":
         height = make_pin(case).height(x)
         # A load so small that it displaces less than heights differ: the lowest nodes alone bear it.
-        contact, u, normal_load = height == height.min(), np.zeros_like(x), 1e-9 * case.normal_load
+        contact = height == height.min()
+        u, normal_load = np.zeros_like(x), 1e-9 * case.normal_load
     else:
         found = normal_contact(case, compliance, case.initial_contact == "stick")
         contact, u, normal_load = found.contact, np.where(found.contact, found.u, 0.0), case.normal_load

@@ -1,20 +1,19 @@
-"""The rigid pin: its height above its lowest point, the undeformed gap (Figure 1), and μ_i of the nodes under it."""
+"""The rigid pin: its height above its lowest point, the undeformed gap (Figure 1), and limits of the nodes under it."""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Final
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Floats, Vector
+from nanoslip.solver.arrays import Floats, Nodes, Vector
 from nanoslip.solver.case import Case, Distribution, Heterogeneity, Image, PinShape, make_image
-from nanoslip.solver.contact.closed_forms import hertz_half_width, hertz_radius, winkler_half_width
+from nanoslip.solver.contact.closed_forms import smooth_contact, winkler_half_width
 from nanoslip.solver.last import cache_last
-from nanoslip.solver.slab import surface_x, surface_y
+from nanoslip.solver.layout import surface_x
 
 LONGEST_STEP = 0.05
 """Longest step in node spacings: the pin's slope under a sliding node changes by as much of a node's."""
@@ -70,7 +69,8 @@ class Pin:
         last = np.searchsorted(self.knots, right)
         # Of an empty stretch `reduceat` takes the knot after it: one more, which can only lower the bound.
         stretches = np.column_stack((first, last)).ravel()
-        between = np.minimum.reduceat(np.append(rises, np.inf), stretches)[::2]
+        with_end = np.append(rises, np.inf)
+        between = np.minimum.reduceat(with_end, stretches)[::2]
         return np.asarray(np.minimum(np.minimum(at_left, at_right), between))
 
     def _apply_to_rows(self, xi: Vector, along: Callable[[Vector, Vector], Vector]) -> Vector:
@@ -91,7 +91,8 @@ class Pin:
     def rounding(self, xi: Vector) -> float:
         """Largest change of displacements by rounding of ξ (any shape) and of heights there, in L_x."""
         place_and_parabola = np.abs(xi) + self.curvature * xi**2 / 2
-        largest = float(place_and_parabola.max()) + float(np.abs(self.rises).max())
+        highest_rise = float(np.abs(self.rises).max())
+        largest = float(place_and_parabola.max()) + highest_rise
         return 4.0 * float(np.finfo(float).eps) * largest
 
     def slope(self, xi: Vector) -> Vector:
@@ -112,7 +113,8 @@ class Pin:
         # Between knots the parabola's slope is straight and the rise's constant: the sum is steepest at an end.
         at_starts = np.abs(self.curvature * starts[within] + rise)
         at_ends = np.abs(self.curvature * ends[within] + rise)
-        return max(float(at_starts.max(initial=0.0)), float(at_ends.max(initial=0.0)))
+        either = np.maximum(at_starts, at_ends)
+        return float(either.max(initial=0.0))
 
     def _rise_slope(self, xi: Vector, rises: Vector) -> Vector:
         """Slope of a row's roughness at ξ; at a knot that to its right."""
@@ -142,13 +144,13 @@ def _surface_at_first(case: Case) -> Vector:
 @cache_last
 def surface_across(case: Case) -> Vector:
     """y of the surface nodes from the pin's lowest point, (n,), in L_x; 0 in plane strain."""
-    return surface_y(case.slab.rows, case.slab.nodes) - case.start_y * case.slab.spacing
+    return case.slab.layout.y - case.start_y * case.slab.spacing
 
 
 def surface_from_axis(case: Case, moved: Vector | float = 0.0, first_node: int = 0) -> Vector:
     """Distance of surface nodes that have moved along x from the pin's lowest point, (n,), in L_x."""
     x = surface_from_pin(case, first_node) + moved
-    return np.hypot(x, surface_across(case)) if case.slab.scheme.planar else np.abs(x)
+    return np.hypot(x, surface_across(case))
 
 
 @cache_last
@@ -160,22 +162,15 @@ def make_pin(case: Case) -> Pin:
 def _parabola(case: Case) -> Pin:
     """On a plane of nodes a paraboloid: a ball."""
     y, image = surface_across(case), make_image(case.heterogeneity.roughness)
-    across = y**2 / (2.0 * case.radius) if case.slab.scheme.planar else 0.0
     heights = image.over(y[: case.slab.rows])
-    return Pin(1.0 / case.radius, math.inf, image.xi, heights, across)
+    return Pin(1.0 / case.radius, math.inf, image.xi, heights, case.slab.layout.rise_across(y, case.radius))
 
 
 def _flat_punch(case: Case) -> Pin:
     """On a plane of nodes a disc: over each row as wide as its chord, in whole nodes."""
-    half_width: float | Vector = case.half_width
-    spacing = case.slab.spacing
-    if case.slab.scheme.planar:
-        squared = half_width**2 - surface_across(case) ** 2
-        # 1e-9 of a node for the rounding of a chord that is a whole number of them.
-        nodes = np.floor(np.sqrt(np.maximum(squared, 0.0)) / spacing + 1e-9)
-        half_width = np.where(squared >= 0.0, nodes * spacing, -np.inf)
+    half_width = case.slab.layout.chords(case.half_width, surface_across(case))
     # A node stands for its width of surface: it is under the punch while the greater part of that is.
-    return Pin(0.0, half_width + 0.499 * spacing, np.zeros(1), np.zeros((1, 1)))
+    return Pin(0.0, half_width + 0.499 * case.slab.spacing, np.zeros(1), np.zeros((1, 1)))
 
 
 def roughness_slopes(image: Image, spacing: float) -> tuple[float, float]:
@@ -221,18 +216,11 @@ def node_friction(case: Case, first_node: int = 0) -> Floats:
 
 def node_factors(case: Case, first_node: int = 0) -> Floats:
     """Limit of each surface node from this one on over the mean limit under its pressure, (n,)."""
-    slab, drawn = case.slab, case.heterogeneity
+    layout, drawn = case.slab.layout, case.heterogeneity
     if drawn.spread == 0.0:
-        return np.ones(slab.nodes)
-    if slab.rows == 1:
-        return _factors(drawn, first_node, slab.n_x)
-    columns = np.arange(slab.n_x) + first_node // slab.rows
-    return np.concatenate([_factors(drawn, int(column) * APART, slab.rows) for column in columns])
-
-
-APART: Final = 2**16
-"""Distance in the random sequence between two columns of nodes, so that a node has the same random number on any
-plane."""
+        return np.ones(layout.nodes)
+    stretches = layout.random_stretches(first_node)
+    return np.concatenate([_factors(drawn, first, count) for first, count in stretches])
 
 
 def _factors(drawn: Heterogeneity, first: int, n: int) -> Floats:
@@ -271,17 +259,55 @@ DISTRIBUTIONS: dict[Distribution, Callable[[Vector, float], Vector]] = {
 """Distribution -> its numbers of mean 1 and this standard deviation, from uniform ones in (0, 1)."""
 
 
+# The limit of shear of a node, τ_0·area + μ_i·N: the only place where it is defined.
+#
+# A strength τ_0 needs no pressure (Bowden and Tabor): where the pressure falls to 0 a node still bears τ_0·area, and is
+# released with the shear that it has then.
+
+
+def node_strength(case: Case, areas: float | Vector, first_node: int = 0) -> Floats:
+    """Shear that each node bears without pressure, τ_0·area, (n,); of spread limits its share of the mean.
+
+    areas: of the surface that belongs to each node (`Compliance.widths`).
+    """
+    return np.asarray(case.slip_rule.strength * areas * node_factors(case, first_node))
+
+
+def node_limit(case: Case, areas: float | Vector, normal_force: Vector, first_node: int = 0) -> Floats:
+    """Largest shear force of each node under its normal force, (n,); with areas of 1 and pressures the largest traction."""
+    friction = node_friction(case, first_node)
+    # Not everywhere: nodes that never slip have an infinite μ_i, also without a force.
+    pressed = np.multiply(friction, normal_force, out=np.zeros_like(friction), where=normal_force != 0.0)
+    return node_strength(case, areas, first_node) + pressed
+
+
+def limit_over_pressure(case: Case, pressure: Vector, first_node: int = 0) -> Floats:
+    """The limit of each node over its pressure, (n,): at least μ_i; infinite without pressure where there is a strength."""
+    strength = node_strength(case, 1.0, first_node)
+    unpressed = np.where(strength > 0.0, math.inf, 0.0)
+    above = np.divide(strength, pressure, out=unpressed, where=pressure > 0.0)
+    return np.asarray(node_friction(case, first_node) + above)
+
+
+def contact_limit(case: Case, area: float) -> float:
+    """Friction force at which all nodes of a contact of this area slide, μ_i·W + τ_0·area, in G·L_x·L_y."""
+    return case.intrinsic_friction * case.normal_load + case.slip_rule.strength * area
+
+
+def contact_area(contact: Nodes, areas: Vector) -> float:
+    """True contact area, of the nodes (n,) in contact: in L_x of a row, in L_x² of a plane."""
+    return float(areas[contact].sum())
+
+
 @cache_last
 def estimate_half_width(case: Case) -> float:
     """Hertz's contact half-width on a half-plane or half-space, that on a bed of springs, or the punch's own: a first guess."""
     if case.pin == "flat_punch":
         return case.half_width
-    if case.slab.scheme.planar:
-        return hertz_radius(case.normal_load, case.radius, case.slab.poisson)
     bed = case.slab.scheme.bed_stiffness
     if bed is not None:
         return winkler_half_width(case.normal_load, case.radius, bed)
-    return hertz_half_width(case.normal_load, case.radius, case.slab.poisson)
+    return smooth_contact(case.slab.scheme.LAYOUT).hertz(case.normal_load, case.radius, case.slab.poisson)
 
 
 def guess_contact(case: Case) -> NDArray[np.bool_]:

@@ -218,8 +218,6 @@ def steepest_across(case: Case, contact: NDArray[np.bool_], xi: Vector) -> float
     over different heights.
     """
     pin, rows = make_pin(case), case.slab.rows
-    if rows == 1:
-        return 0.0
     touching, places = contact.reshape(-1, rows), xi.reshape(-1, rows)
     # A row without contact reaches from ∞ to -∞: it has nothing in common with its neighbours.
     first = np.where(touching, places, np.inf).min(0)

@@ -1,6 +1,5 @@
 """The contact at one position of the pin, `ContactState`, and its numbers."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
@@ -12,9 +11,9 @@ from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import make_pin, surface_from_pin
 from nanoslip.solver.last import cache_last
+from nanoslip.solver.layout import Layout, find_layout
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import STRESS, Quantity, quantity
-from nanoslip.solver.slab import surface_x, surface_y
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, label_numbers
 
 
@@ -64,6 +63,11 @@ class ContactState(Viewed):
     """Number of nodes across the drag: 1 in plane strain."""
 
     @property
+    def layout(self) -> Layout:
+        """Layout of the surface nodes."""
+        return find_layout(len(self.contact), self.rows)
+
+    @property
     def normal_force(self) -> float:
         """ΣN, in G·L_x·L_y."""
         return float(-self.nodal_force[1].sum())
@@ -76,12 +80,12 @@ class ContactState(Viewed):
     @property
     def x(self) -> Vector:
         """Positions of the surface nodes from the slab's middle, in L_x, (n,), read-only."""
-        return np.repeat(surface_x(len(self.contact) // self.rows, self.first_node // self.rows), self.rows)
+        return self.layout.x(self.first_node)
 
     @property
     def y(self) -> Vector:
         """Positions of the surface nodes from the slab's middle row, in L_x, (n,); 0 in plane strain."""
-        return surface_y(self.rows, len(self.contact))
+        return self.layout.y
 
     def _facts(self) -> Iterator[str]:
         yield f"{self.contact.sum()} of {len(self.contact)} nodes in contact"
@@ -92,7 +96,7 @@ class ContactState(Viewed):
     def _labelled(self) -> Iterator[Labelled]:
         yield from label_numbers(self)
         yield NODE_X, self.x
-        if self.rows > 1:
+        if "y" in self.layout.AXES:
             yield NODE_Y, self.y
         yield from label_numbers(contact_summary(self))
 
@@ -101,7 +105,8 @@ class ContactState(Viewed):
 
     def _picture(self) -> Picture:
         """Pressure and shear over the nodes in contact and their neighbours; of a plane over the row of the largest pressure."""
-        row = slice(int(np.argmax(self.pressure)) % self.rows, None, self.rows)
+        rows = self.layout.rows
+        row = slice(int(np.argmax(self.pressure)) % rows, None, rows)
         touching = np.flatnonzero(self.contact[row])
         shown = slice(max(touching[0] - 2, 0), touching[-1] + 3) if len(touching) else slice(None)
         share = self._factors()["contact_load"]
@@ -139,7 +144,7 @@ class ContactSummary:
 def contact_summary(state: ContactState) -> ContactSummary:
     """The numbers of initial contact that are not in its state as such."""
     width = contact_width(state)
-    area = width if state.rows == 1 else math.pi / 4.0 * width**2
+    area = state.layout.contact_area(width / 2.0)
     mean = state.normal_force / area if width else float("nan")
     return ContactSummary(int(state.contact.sum()), mean, float(state.pressure.max()), state.friction_force)
 
@@ -151,8 +156,8 @@ def contact_width(state: ContactState) -> float:
     At a smooth contact's edge pressure falls as the root of the distance: its square, drawn through the last two nodes, is zero
     there, at most a spacing beyond the last. Where pressure does not fall (a punch, one node) the edge is half a spacing beyond.
     """
-    inside = _join_rows(state.contact, state.rows)
-    pressure = _join_rows(state.pressure, state.rows)
+    inside = state.layout.join_rows(state.contact)
+    pressure = state.layout.join_rows(state.pressure)
     spacings = float((inside[1:] & inside[:-1]).sum())
     for turned in (slice(None), slice(None, None, -1)):
         contact = inside[turned]
@@ -163,17 +168,7 @@ def contact_width(state: ContactState) -> float:
         beyond = np.full(len(last), 0.5)
         np.divide(squared[last + 1], fall, out=beyond, where=fall > 0.0)
         spacings += float(np.minimum(beyond, 1.0).sum())
-    if state.rows > 1:
-        return 2.0 * math.sqrt(spacings / math.pi) / (state.rows - 1)
-    return spacings / (len(state.contact) - 1)
-
-
-def _join_rows(values: NDArray[Any], rows: int) -> NDArray[Any]:
-    """Values at the nodes row after row, with a zero between rows."""
-    if rows == 1:
-        return values
-    by_row = values.reshape(-1, rows).T
-    return np.pad(by_row, ((0, 0), (1, 1))).ravel()
+    return state.layout.contact_width(spacings)
 
 
 def state_from_forces(

@@ -162,7 +162,8 @@ def tableau_from_base(compliance: EndlessCompliance, nodes: Window, contact: Nod
     disc = node_disc(n, expected)
     # Places of the window's nodes on the plane, shifted by whole spacings until the contact is in the middle.
     places = np.array(divmod(nodes, n))
-    middle = np.rint(places[:, contact].mean(axis=1)).astype(np.int64)
+    mean_place = places[:, contact].mean(axis=1)
+    middle = np.rint(mean_place).astype(np.int64)
     shifted = places - middle[:, None] + n // 2
     under_disc = _at(disc, shifted)
     different = np.flatnonzero(under_disc != contact)

@@ -99,7 +99,8 @@ def friction_coefficients(
 def _no_slip(result: DynamicsResult, plateau: Plateau, normal_load: float) -> Outcome:
     """Reason why a pin never slipped macroscopically: nothing pulls, nothing pulls hard enough, or its slips are too short."""
     spring = result.spring_force / normal_load
-    reached = max(float(result.binned_force.max()) / normal_load, float(spring[-1]))
+    highest = float(result.binned_force.max())
+    reached = max(highest / normal_load, float(spring[-1]))
     if result.stick_velocity == 0.0:
         return Outcome(Ending.NO_SLIP, "the stage is at rest: raise stage_velocity")
     if reached < plateau.peak and spring[-1] == spring.max():  # that of a stuck pin only rises

@@ -106,7 +106,8 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     duration = 2.0 * forgets - grown
     begins = ramp + limit.period * np.arange(growing + 1)
     share = np.arange(1, growing + 2) / (growing + 1)
-    passed = np.add.outer(begins, limit.edges[first:-1] - limit.edges[first])
+    from_first = limit.edges[first:-1] - limit.edges[first]
+    passed = np.add.outer(begins, from_first)
     edges = np.concatenate(([0.0], passed.ravel(), [begins[-1] + limit.period]))
     if not np.all(np.diff(edges) > 0.0) or not declared(Drive)["duration"].holds(duration):
         return True  # a pin without friction meets no ramp; one that is too long drowns the teeth

@@ -242,7 +242,8 @@ class RK4(Method):
 
 def is_stable(time_step: float, motion: Motion) -> bool:
     """True if a step damps, or at least does not amplify, free motion with the stuck contact's stiffness k + K."""
-    rates = np.roots([1.0, motion.damping, motion.spring + motion.surface_stiffness]).astype(complex)
+    stiffness = motion.spring + motion.surface_stiffness
+    rates = np.roots([1.0, motion.damping, stiffness]).astype(complex)
     z = rates * time_step
     # exp(z) up to z⁴/4!: a step multiplies free motion by it.
     growth = np.abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))))

@@ -182,7 +182,8 @@ def _ringing_ends(result: DynamicsResult, drive: Drive, force: float) -> float:
     ringing = 2.0 * math.hypot(away, natural * drive.stage_velocity)
     if decay == 0.0 or force == 0.0:
         return math.inf
-    return float(result.slip_time[-1]) + max(math.log(ringing / force), 0.0) / decay
+    lifetimes = max(math.log(ringing / force), 0.0)
+    return float(result.slip_time[-1]) + lifetimes / decay
 
 
 def _unsettled_reason(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_], ringing: float) -> str:

@@ -76,7 +76,8 @@ class Oscillator:
             if turn - math.pi / beat >= before:
                 break
             if self._rates(turn)[0] < -_ROUNDING * self.stage_velocity:
-                stop = self._find_stop(max(turn - (phase - bend) % math.pi / beat, self.time))
+                since_bend = (phase - bend) % math.pi / beat
+                stop = self._find_stop(max(turn - since_bend, self.time))
                 return stop if stop < before else math.nan
             turn += math.pi / beat
         return math.nan
@@ -266,7 +267,8 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> 
     best = model(np.array([kinetic, static, later]))
     if len(best.slip_time) >= MOST_SLIPS:
         return _NO_FIT
-    residual = float(np.sqrt(np.mean((best.spring_force - force) ** 2))) / normal_load
+    mean_square = np.mean((best.spring_force - force) ** 2)
+    residual = float(np.sqrt(mean_square)) / normal_load
     return StickSlipFit(best, static, later if len(best.slip_time) > 1 else math.nan, kinetic, residual)
 
 

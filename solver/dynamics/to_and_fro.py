@@ -73,7 +73,8 @@ class Leg:
     @property
     def middle_force(self) -> float:
         """Mean friction force in the middle of the time; NaN unless the pin has slid by a presliding length before."""
-        return float(np.diff(self.run.impulse)[MIDDLE].mean()) * BINS / self.duration
+        impulses = np.diff(self.run.impulse)[MIDDLE]
+        return float(impulses.mean()) * BINS / self.duration
 
     def slides_by_the_middle(self, presliding: float) -> bool:
         """True if the pin has slid by a presliding length before the middle of the time."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Dense, Floats, Indices, Vector
 from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, SurfaceConvolution
 from nanoslip.solver.outcome import INDEFINITE, ROUNDED, Ending, Outcome, SingularOperator
-from nanoslip.solver.slab import Slab, surface_x, surface_y
+from nanoslip.solver.slab import Slab
 from nanoslip.solver.view import OneLine
 
 Entries = Callable[[Indices, Indices], Dense]
@@ -63,12 +63,12 @@ class Compliance(OneLine, ABC):
     @property
     def x(self) -> Vector:
         """Positions of the surface nodes in L_x, centred on the slab's middle, shape (n,), read-only."""
-        return np.repeat(surface_x(self.slab.n_x), self.slab.rows)
+        return self.slab.layout.x()
 
     @property
     def y(self) -> Vector:
         """Positions of the surface nodes across the drag in L_x, (n,), from the middle row; 0 in plane strain."""
-        return surface_y(self.slab.rows, self.slab.nodes)
+        return self.slab.layout.y
 
     @property
     def widths(self) -> Vector:
@@ -78,7 +78,7 @@ class Compliance(OneLine, ABC):
         It is the width of a node's control volume, which equals the integral of its hat function. The end nodes have half
         of it, except on a half-plane, whose surface continues beyond them, and on a chain, whose blocks are all alike.
         """
-        return _widths(self.slab.n_x, self.slab.rows, self.slab.scheme.equal_widths)
+        return self.slab.layout.areas
 
     def _facts(self) -> Iterator[str]:
         middle = np.array([self.slab.nodes // 2])
@@ -301,15 +301,6 @@ def inverse(block: Floats, name: str) -> Floats:
         raise SingularOperator(
             f"the {name} in contact is singular to rounding: use another scheme or n_x, or an aspect_ratio nearer 1"
         ) from error
-
-
-@lru_cache(maxsize=4)  # asked for every contact, and few campaigns have more grids at a time
-def _widths(n_x: int, rows: int, equal: bool) -> Floats:
-    widths = np.full(n_x * rows, 1.0 / (n_x - 1) ** (1 if rows == 1 else 2))
-    if not equal:
-        widths[[0, -1]] /= 2
-    widths.setflags(write=False)
-    return widths
 
 
 def surface_compliance(slab: Slab) -> Compliance:

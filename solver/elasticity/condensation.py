@@ -111,7 +111,8 @@ def eliminated(stiffness: Dense, count: int, follows: Dense, bears: Dense) -> El
     factors, pivots, info = scipy.linalg.lapack.dgetrf(stiffness[:count, :count])
     reciprocal_condition = _check_condition(0.0 if info else scipy.linalg.lapack.dgecon(factors, norm)[0])
     # One solution for both: calls take their time on small pieces.
-    right = np.concatenate((bears[:count], stiffness[:count, count:]), axis=1)
+    beside = stiffness[:count, count:]
+    right = np.concatenate((bears[:count], beside), axis=1)
     solved = scipy.linalg.lapack.dgetrs(factors, pivots, right)[0]
     of_surface, of_others = solved[:, : bears.shape[1]], solved[:, bears.shape[1] :]
     return Eliminated(
@@ -129,7 +130,8 @@ def definitely_eliminated(stiffness: Dense, count: int, follows: Dense) -> Elimi
     root, info = scipy.linalg.lapack.dpotrf(stiffness[:count, :count], lower=1)
     reciprocal_condition = _check_condition(0.0 if info else scipy.linalg.lapack.dpocon(root, norm, uplo="L")[0])
     # By columns, as BLAS has it: the result takes its place.
-    right = np.concatenate((follows[:, :count], stiffness[count:, :count])).T
+    below = stiffness[count:, :count]
+    right = np.concatenate((follows[:, :count], below)).T
     solved = scipy.linalg.blas.dtrsm(1.0, root, right, lower=1, overwrite_b=1)
     of_surface, of_others = solved[:, : len(follows)], solved[:, len(follows) :]
     left = follows[:, count:] - of_surface.T @ of_others

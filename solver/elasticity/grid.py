@@ -89,7 +89,8 @@ def lagrange(points: Sequence[float]) -> Basis:
     basis = np.empty((len(points), len(points)))
     for k, here in enumerate(points):
         others = [there for there in points if there != here]
-        basis[k] = polynomial.polyfromroots(others) / np.prod([here - there for there in others])
+        own_value = np.prod([here - there for there in others])
+        basis[k] = polynomial.polyfromroots(others) / own_value
     return basis
 
 

@@ -34,6 +34,20 @@ class GridScheme(Scheme):
         # 0.63, 0.66 at ν = 1/3, 0.45, 0.48, 0.49 on any grid, on a half-plane 0.44.
         return slab.poisson <= LARGEST_POISSON
 
+    def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
+        soft, height, width = 1.0 - slab.poisson, slab.aspect_ratio, nodes * slab.spacing
+        # Held at its side, a slab is a rod of half its length, no higher than that, with the modulus 2/(1-ν) of plane strain.
+        if slab.support == "right_side":
+            return 4.0 * min(height, 0.5) / soft
+        # Else it is Timoshenko's cantilever. Its sheared width grows under the contact by 45 degrees up to the slab's. The
+        # contact keeps its top from turning by as much of it as it covers: free it bends by h³/3EI = 2 (1-ν) h³, with the
+        # modulus of plane strain and I = 1/12; with a top that keeps its direction by a quarter of that.
+        shear = 1.2 * height / min(width + height, 1.0)
+        bending = 0.5 * soft * height**3 * (4.0 - 3.0 * width)
+        # Held at one node alone, it gives way there, too.
+        at_the_node = soft if slab.support == "frictionless" else 0.0
+        return 1.0 / (shear + bending + at_the_node)
+
     def matrix(self, slab: Slab) -> Floats:
         return condense_surface(self.stiffness(slab))
 

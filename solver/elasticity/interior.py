@@ -53,7 +53,8 @@ def _displaced(whole: Stiffness, forces: Vector) -> Vector:
     for one in families(whole):
         kept = one.number >= 0
         number, weight = one.number[kept], one.weight[kept]
-        right = np.bincount(number, weight * forces[kept], one.count).astype(np.float64)
+        shares = weight * forces[kept]
+        right = np.bincount(number, shares, one.count).astype(np.float64)
         found = solve_sparse(project_stiffness(whole.matrix, one), right)
         total[kept] += weight * found[number]
     return total

@@ -12,7 +12,7 @@ import numpy as np
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.compiled_contact import slip_constants
 from nanoslip.solver.contact.kernels.state import Direction, Stop, new_scalars
-from nanoslip.solver.contact.limit import node_limit
+from nanoslip.solver.contact.pin import node_limit
 from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.contact.tableau import zero_lines
@@ -67,7 +67,8 @@ def _tangential_end(
     u[state.nodes] = state.u
     displacement = float(state.scalars["displacement"])
     slip = np.where(start.contact, u - displacement, 0.0)
-    values = {"shear": force[0] / compliance.widths, "slip": slip, "u": u, "nodal_force": force}
+    shear = force[0] / compliance.widths
+    values = {"shear": shear, "slip": slip, "u": u, "nodal_force": force}
     for value in values.values():
         value.setflags(write=False)
     slips = int(state.scalars["slips"])

@@ -12,8 +12,7 @@ from nanoslip.solver.contact.compiled_contact import dropped_nodes
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.path import Events, empty_events
 from nanoslip.solver.contact.kernels.state import EventKind, Stop
-from nanoslip.solver.contact.limit import limit_over_pressure, node_limit
-from nanoslip.solver.contact.pin import LONGEST_STEP
+from nanoslip.solver.contact.pin import LONGEST_STEP, limit_over_pressure, node_limit
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
@@ -52,7 +51,8 @@ def _contact_at_limit(case: Case, start: ContactState, compliance: Compliance, w
     limits = node_limit(case, compliance.widths, -start.nodal_force[1], start.first_node)
     # A state does not hold roles: a node at its limit, but for rounding, was sliding.
     slides = np.abs(start.nodal_force[0]) >= limits * (1 - 1e-9)
-    sign = np.where(start.contact & slides, np.sign(start.nodal_force[0]), 0.0)
+    sliding = start.contact & slides
+    sign = np.where(sliding, np.sign(start.nodal_force[0]), 0.0)
     place = (start.u.copy(), way.load, start.displacement, start.first_node)
     return coulomb.CoulombContact(case, compliance, start.contact.copy(), sign, *place, way.direction)
 
@@ -126,7 +126,8 @@ class CoulombRun:
         forces = (solved.displacement, before, float(solved.force[0].sum()), stiffness)
         again = bool(self.rows) and self.rows[-1][0] == solved.displacement
         self.last_slips = self.last_slips + slips if again else slips
-        sizes = (int(solved.contact.sum()), int(np.count_nonzero(self.last_slips)))
+        in_contact = int(solved.contact.sum())
+        sizes = (in_contact, int(np.count_nonzero(self.last_slips)))
         what = (kind, solved.first_node + node, int(slips.sum()), *changes)
         row: tuple[float, ...] = (*forces, self.dissipated, *what, *sizes, solved.normal_load)
         self.rows.append(_as_one(self.rows.pop(), row) if again else row)

@@ -232,7 +232,8 @@ def _apart(leg: Leg, then: Leg) -> float:
     until = min(one.edges[-1], other.edges[-1])
     places = np.concatenate((one.edges, other.edges))
     places = np.unique(np.minimum(np.concatenate((places, np.nextafter(places, 0.0))), until))
-    return float(np.abs(one.force(places) - other.force(places)).max())
+    apart = one.force(places) - other.force(places)
+    return float(np.abs(apart).max())
 
 
 def leg_numbers(path: Path) -> Turns:

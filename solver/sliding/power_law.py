@@ -49,7 +49,8 @@ class PowerLaw(NamedTuple):
 def sort_sizes(sizes: Floats | NDArray[np.int64], discrete: bool) -> SizeSample:
     """The sizes that are finite and above 0, sorted."""
     values = np.asarray(sizes, np.float64)
-    return SizeSample(np.sort(values[np.isfinite(values) & (values > 0.0)]), discrete)
+    positive = np.isfinite(values) & (values > 0.0)
+    return SizeSample(np.sort(values[positive]), discrete)
 
 
 def find_power_law(sizes: SizeSample) -> PowerLaw | None:

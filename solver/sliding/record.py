@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.state import EventKind
+from nanoslip.solver.layout import surface_y
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import ENERGY, OVER_LOAD, Quantity, quantities, quantity, require
-from nanoslip.solver.slab import surface_y
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, describe_outcome, label_numbers
 
 EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)
@@ -142,7 +142,8 @@ class FrictionRecord(Viewed):
         count = int(np.searchsorted(self.displacement, end, side="right"))
         force, slope = self.initial_force, self.initial_stiffness
         if count:
-            force, slope = float(self.force_after[count - 1]), float(self.stiffness[count - 1])
+            force = float(self.force_after[count - 1])
+            slope = float(self.stiffness[count - 1])
         columns = {name: getattr(self, name)[:count] for name in EVENT_TYPES}
         since = end - float(columns["displacement"][-1] if count else 0.0)
         return replace(self, **columns, final_displacement=end, final_force=force + slope * since)
@@ -234,7 +235,8 @@ def extend_record(case: Case, presliding: float, events: int | float) -> float:
 
 def off_the_slab(case: Case) -> float:
     """δ_p in L_x at which a pin that slides on and on has certainly left the slab; infinite on a surface without ends."""
-    return math.inf if case.slab.scheme.endless else OFF_THE_SLAB
+    length: float = case.slab.scheme.length
+    return OFF_THE_SLAB * length
 
 
 OFF_THE_SLAB = 2.0

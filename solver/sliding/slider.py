@@ -78,7 +78,8 @@ def _relative_loads(case: Case, compliance: Compliance, compressed: Floats) -> F
     def missing(logarithm: float) -> float:
         return float(over_mean(logarithm).mean()) - 1.0
 
-    return over_mean(scipy.optimize.brentq(missing, depth[0] - 1.0, depth[-1] + 1.0))
+    lowest, highest = depth[0] - 1.0, depth[-1] + 1.0
+    return over_mean(scipy.optimize.brentq(missing, lowest, highest))
 
 
 def portion(case: Case, compliance: Compliance, first: int, beyond: int, places: Ensemble = ALONE) -> Portion:

@@ -17,12 +17,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Image, make_image
-from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
+from nanoslip.solver.contact.closed_forms import smooth_contact
 from nanoslip.solver.contact.kernels.events import STEEPEST
-from nanoslip.solver.contact.limit import contact_limit, half_width_area, limit_over_pressure
-from nanoslip.solver.contact.pin import estimate_half_width, make_pin, roughness_slopes, surface_from_pin
+from nanoslip.solver.contact.pin import (
+    contact_limit,
+    estimate_half_width,
+    limit_over_pressure,
+    make_pin,
+    roughness_slopes,
+    surface_from_pin,
+)
 from nanoslip.solver.contact.soundness import DOWNHILL, STEEP_PIN, energy_created, steepest_across
 from nanoslip.solver.contact.state import ContactState, contact_width
+from nanoslip.solver.layout import Plane, Row
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.sliding.record import RUN_IN, FrictionRecord
@@ -30,12 +37,6 @@ from nanoslip.solver.sliding.record import RUN_IN, FrictionRecord
 CREATED = 1e-6
 """Energy that events may create, as a share of the pin's work and of the energy that other events lose: a touch pays
 back the overshoot of a coarse event floor."""
-FEWEST_IN_PLANE = 50
-"""Fewest nodes in contact on a plane of nodes: plateaus are 5 % too high with 14 nodes, 4 with 30, 2 with 52, 1 with 81 and 0.4
-with 204 (means over 8 starts of a ball, ν = 1/3, μ_i = 0.5; held against 455 and 806 nodes)."""
-FEWEST_NODES = 12
-"""Fewest nodes in contact for a continuum: with fewer, single nodes decide pressure, shear and events. The contact's
-end, resolved to a spacing, is then uncertain by more than a sixth of its half-width."""
 NEAR = 0.45
 """Distance of the contact's edge from the slab's end, in half-widths, below which the end counts: there the free side raises
 a pressed parabola's largest pressure by a tenth (6 % at 0.75, 19 % at 0.15), on a slab as tall as wide or taller. Plateaus
@@ -79,7 +80,7 @@ class Flag(Enum):
 
     few_nodes = (
         1,
-        f"fewer than {FEWEST_NODES} nodes in contact ({FEWEST_IN_PLANE} with a plane of nodes, as of a ball)",
+        f"fewer than {Row.FEWEST} nodes in contact ({Plane.FEWEST} with a plane of nodes, as of a ball)",
         "raise n_x; or, if the pin is given in units, lower scales.slab_width",
     )
     near_ends = (
@@ -187,7 +188,7 @@ class _Seen(NamedTuple):
     """Distance from the contact's edge to the nearer end of the surface, in L_x; 0 or less with a node at that end in
     contact."""
     travel: float
-    """Distance that the pin moved, in L_x."""
+    """Distance that the pin moved towards an end of the surface, in L_x."""
 
 
 def predict_flags(case: Case, displacement: float = 0.0) -> Flags:
@@ -197,18 +198,13 @@ def predict_flags(case: Case, displacement: float = 0.0) -> Flags:
     """
     half_width = min(guess_half_width(case), 0.5)
     rounding = 0.499 if case.pin == "flat_punch" else 1e-9
-    spacings = half_width / case.slab.spacing
-    most = min(2 * math.floor(spacings + rounding) + 1, case.slab.n_x)
-    if case.slab.scheme.planar:
-        most = min(math.floor(math.pi * spacings**2) + 1, case.slab.nodes)
+    layout = case.slab.layout
+    most = min(layout.nodes_within(half_width, rounding), layout.nodes)
     fewest = min(_fewest_nodes(case, half_width, displacement), case.slab.nodes)
-    ahead = 0.0 if case.slab.scheme.endless else displacement
-    seen = _Seen(fewest, most, half_width, 0.5 - half_width - ahead, displacement)
-    # A node of the edge enters or leaves each spacing, and all in all one for each node of the edge.
-    edge = 2.0
-    if case.slab.scheme.planar:
-        edge = 2.0 * math.pi * half_width / case.slab.spacing
-    short = 0.0 < displacement * edge < BARELY * case.slab.spacing and case.effects.pin_translation
+    travel = _travel(case, displacement)
+    seen = _Seen(fewest, most, half_width, 0.5 - half_width - travel, travel)
+    entering = displacement / case.slab.spacing * layout.edge_nodes(half_width)
+    short = 0.0 < entering < BARELY and case.effects.pin_translation
     return _judged(case, seen, half_width) or (Flag.short_record,) * short
 
 
@@ -218,13 +214,10 @@ def _fewest_nodes(case: Case, half_width: float, displacement: float) -> int:
     Nodes up to `EDGE` beyond the edges are in contact. How many, depends on where the pin is between two nodes: its start counts,
     or any place where it moves by half a spacing or more.
     """
-    if case.slab.scheme.planar:
-        return math.floor(math.pi * (half_width / case.slab.spacing) ** 2) + 1
-    reach = half_width / case.slab.spacing + (0.499 if case.pin == "flat_punch" else EDGE)
+    beyond = 0.499 if case.pin == "flat_punch" else EDGE
     if displacement < 0.5 * case.slab.spacing:
-        to_right, to_left = math.floor(reach + case.start), math.floor(reach - case.start)
-        return max(to_right + to_left + 1, 1)
-    return max(math.floor(2.0 * reach), 1)
+        return case.slab.layout.nodes_within(half_width, beyond, case.start)
+    return case.slab.layout.fewest_within(half_width, beyond)
 
 
 def contact_flags(case: Case, state: ContactState) -> Flags:
@@ -252,7 +245,7 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     if not case.slab.scheme.endless:
         slipped = record.node_slips.nonzero()[0]
         nodes = np.concatenate((nodes, slipped, record.node))
-    travel = abs(record.final_displacement - start.displacement)
+    travel = _travel(case, record.final_displacement - start.displacement)
     half_width = contact_half_width(start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
     has_changed = record.touches.any() or record.releases.any()
@@ -267,8 +260,8 @@ def guess_half_width(case: Case) -> float:
     slab, expected = case.slab, estimate_half_width(case)
     if case.pin == "flat_punch" or slab.scheme.bottomless:
         return expected
-    film = film_radius if slab.scheme.planar else film_half_width
-    return min(expected, film(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio))
+    on_film = smooth_contact(slab.scheme.LAYOUT).film(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio)
+    return min(expected, on_film)
 
 
 def least_plateau(case: Case) -> float:
@@ -278,7 +271,7 @@ def least_plateau(case: Case) -> float:
 
 def sliding_friction(case: Case) -> float:
     """F/W of steady sliding if slips drop no stress: μ_i, and with a strength τ_0·area/W more, by the area that is guessed."""
-    area = half_width_area(case, min(guess_half_width(case), 0.5))
+    area = case.slab.layout.contact_area(min(guess_half_width(case), 0.5))
     return contact_limit(case, area) / case.normal_load
 
 
@@ -319,10 +312,14 @@ def flag_advice(flags: Iterable[Flag]) -> str:
     return "; ".join(f"{flag.name}: {flag.advice}" for flag in flags)
 
 
+def _travel(case: Case, displacement: float) -> float:
+    """Distance that a displacement brings the pin towards an end of the surface, in L_x; 0 where the surface goes on."""
+    return 0.0 if case.slab.scheme.endless else abs(displacement)
+
+
 def _margin(case: Case, nodes: NDArray[Any]) -> float:
     """Distance from the edge of the contact of these nodes (at least one) to the nearer end of the surface."""
-    last, rows = case.slab.n_x - 1, case.slab.rows
-    places = divmod(nodes, rows) if rows > 1 else (nodes,)
+    last, places = case.slab.n_x - 1, case.slab.layout.places(nodes)
     first_in_contact = min(int(each.min()) for each in places)
     last_in_contact = max(int(each.max()) for each in places)
     between = min(first_in_contact, last - last_in_contact)
@@ -334,20 +331,19 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
     image = make_image(case.heterogeneity.roughness)
     slope, missed = roughness_slopes(image, case.slab.spacing)
     narrowest = min(seen.half_width, expected)  # few nodes make a narrow contact seem wide
-    several = FEWEST_NODES / 2 * case.slab.spacing  # of fewer nodes the one flag says enough
-    scheme = case.slab.scheme
-    fewest = FEWEST_IN_PLANE if scheme.planar else FEWEST_NODES
+    several = Row.FEWEST / 2 * case.slab.spacing  # of fewer nodes the one flag says enough
+    scheme, layout = case.slab.scheme, case.slab.layout
     place = _place(case, seen)
-    pressed = case.normal_load > LARGEST_PRESSURE * half_width_area(case, narrowest)
+    pressed = case.normal_load > LARGEST_PRESSURE * layout.contact_area(narrowest)
     strained = pressed or case.slip_rule.strength > LARGEST_PRESSURE
     # The slope of the pin itself, at the contact's edge, is half-width over radius.
     is_felt = slope > FELT * narrowest / case.radius
     found: list[Flag] = []
-    if seen.fewest < fewest:
+    if seen.fewest < layout.FEWEST:
         found.append(Flag.few_nodes)
     if place is not None:
         found.append(place)
-    if seen.travel > seen.half_width and not scheme.endless:
+    if seen.travel > seen.half_width:
         found.append(Flag.beyond_contact)
     if strained:
         found.append(Flag.large_strain)

@@ -11,10 +11,10 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.path import Events, empty_events
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction
-from nanoslip.solver.contact.limit import contact_area, contact_limit
+from nanoslip.solver.contact.pin import contact_area, contact_limit
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
-from nanoslip.solver.slab import surface_x
+from nanoslip.solver.layout import surface_x
 from nanoslip.solver.sliding.record import FIRST_CAPACITY, FrictionRecord, farthest, presliding_length
 
 
@@ -108,10 +108,13 @@ def make_record_view(
         column.setflags(write=False)
     load = columns.pop("load")
     final, rows = (end.displacement, end.friction_force), case.slab.rows
-    at_ends = (start.contact | end.contact).reshape(-1, rows)[[0, -1]]
+    columns_in_contact = (start.contact | end.contact).reshape(-1, rows)
+    at_ends = columns_in_contact[[0, -1]]
     if held and not end.outcome.ok:
         # A run that broke off inside an event ends, as a record, with its last whole event.
-        final = (float(columns["displacement"][-1]), float(columns["force_after"][-1]))
+        last_displacement = float(columns["displacement"][-1])
+        last_force = float(columns["force_after"][-1])
+        final = (last_displacement, last_force)
     record = FrictionRecord(
         **columns,
         node_x=np.repeat(surface_x(case.slab.n_x, slipped.first // rows, len(slipped.slips) // rows), rows),

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Vector
 from nanoslip.solver.case import Case
+from nanoslip.solver.contact.closed_forms import smooth_contact
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import Compliance, EndlessCompliance, surface_compliance
 from nanoslip.solver.elasticity.schemes.endless import EndlessScheme
@@ -117,7 +118,7 @@ def _energies(compliance: Compliance, half_width: float) -> dict[str, float]:
 
 def _elliptic_forces(compliance: Compliance, half_width: float) -> Vector:
     """Nodal forces (n,) of a unit elliptic load: of a cylinder, or on a plane of nodes of a ball."""
-    if compliance.slab.scheme.planar:
+    if "y" in compliance.slab.layout.AXES:
         return nodal_forces_of_ball(compliance, half_width)
     return nodal_forces(compliance.x, half_width)
 
@@ -174,18 +175,15 @@ def nodal_forces(x: Vector, half_width: float) -> Vector:
 def _contact(compliance: Compliance, half_width: float) -> dict[str, float]:
     """Frictionless contact of a parabola, and the lateral stiffness of its stuck nodes."""
     slab, normal_load = compliance.slab, 1e-3
-    soft = normal_load * (1.0 - slab.poisson)
-    # Hertz: a² = 2WR(1 - ν)/π of a cylinder, a³ = 3WR(1 - ν)/8 of a ball.
-    radius = np.pi * half_width**2 / (2.0 * soft)
-    if slab.scheme.planar:
-        radius = 8.0 * half_width**3 / (3.0 * soft)
+    # Hertz's half-width depends on the product of load and radius: that which goes with one is found as the other.
+    radius = smooth_contact(slab.scheme.LAYOUT).hertz_load(half_width, normal_load, slab.poisson)
     case = Case(radius=radius, normal_load=normal_load, slab=slab, initial_contact="frictionless")
     state = initial_contact(case, compliance)
     if not state.outcome.ok:
         return dict.fromkeys(("stiffness", "approach", "half_width", "pressure"), math.nan)
     normal = -state.nodal_force[1] / normal_load
     # The second moment of an elliptic pressure along x is a²/4 of a cylinder, a²/5 of a ball.
-    ellipse = 5.0 if slab.scheme.planar else 4.0
+    ellipse = 3.0 + len(slab.layout.AXES)
     return {
         "stiffness": lateral_stiffness(compliance, np.flatnonzero(state.contact)),
         "approach": state.approach,

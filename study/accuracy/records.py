@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from nanoslip.solver.case import Case
+from nanoslip.solver.contact.closed_forms import smooth_contact
 from nanoslip.solver.contact.pin import estimate_half_width
 from nanoslip.solver.effects import make_plane_strain
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
@@ -84,12 +85,11 @@ def _dimensions(case: Case, members: int) -> Iterator[Row]:
 
 def as_ball(case: Case) -> Case:
     """The ball with a cylinder's curvature and Hertz half-width, on as many nodes across as are affordable."""
-    if case.slab.scheme.planar:
+    if "y" in case.slab.layout.AXES:
         return case
     poisson = case.slab.poisson
     slab = Slab(min(case.slab.n_x, MOST_ACROSS_BALL), poisson=poisson, scheme="half_space")
-    # Hertz: a³ = 3WR(1 - ν)/8 of a ball.
-    load = 8.0 * estimate_half_width(case) ** 3 / (3.0 * case.radius * (1.0 - poisson))
+    load = smooth_contact(slab.scheme.LAYOUT).hertz_load(estimate_half_width(case), case.radius, poisson)
     return replace(case, slab=slab, normal_load=load)
 
 

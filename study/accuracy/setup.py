@@ -87,7 +87,7 @@ nodes."""
 def measurement_effort(case: Case, quick: bool) -> Effort:
     """The extent of a measurement of a case; of a ball, with a square of nodes for each row, fewer and coarser ones."""
     effort = QUICK if quick else FULL
-    if quick or not case.slab.scheme.planar:
+    if quick or "y" not in case.slab.layout.AXES:
         return effort
     return replace(
         effort,

@@ -224,7 +224,7 @@ def ranking(
         reasons = "; ".join(map(missing_words, found.spacings))
         rows.append((_SPACING, NOT_MEASURED, reasons))
     assert of.case is not None
-    if not of.case.slab.scheme.planar:
+    if "y" not in of.case.slab.layout.AXES:
         rows.append(("the third dimension", NOT_MEASURED, "a scheme in three dimensions: this is plane strain"))
     title = f"{number_name(name)} {value:.4g}"
     return Ranking(name, title, Table(_HEADER, tuple(rows), labels=2))

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Interface
-from nanoslip.solver.contact.limit import node_limit
+from nanoslip.solver.contact.pin import node_limit
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nanoslip.solver.contact.closed_forms import HertzContact, MindlinLoops, hertz, hertz_radius
+from nanoslip.solver.contact.closed_forms import HertzContact, MindlinLoops, smooth_contact
 from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
@@ -253,26 +253,24 @@ def half_plane(case: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Under a punch it is infinite at the edge (Boussinesq), where it is cut off.
     """
-    planar = "scheme" in case and SCHEMES[str(case["scheme"].item())].planar
+    scheme = str(case["scheme"].item()) if "scheme" in case else "half_plane"
+    layout = SCHEMES[scheme].LAYOUT
+    contact = smooth_contact(layout)
     r = x
-    if planar:
+    # Of a plane of nodes these are the places of one row.
+    if "y" in layout.AXES:
         r = np.hypot(x, float(case["y"].values[0]))
     if str(case["pin"].item()) == "flat_punch":
         # Boussinesq's p = least/√(1 - (r/a)²): the integral over the strip, or the circle, has to be the load, here 1.
         a = float(case["half_width"])
-        least = 1.0 / (np.pi * a)
-        if planar:
-            least = 1.0 / (2.0 * np.pi * a**2)
+        least = contact.punch_pressure(a)
         square = 1.0 - (r / a) ** 2
         root = np.sqrt(np.maximum(square, 0.0))
         return np.divide(least, root, np.zeros(len(r)), where=root > 1e-4)
+    # The ellipse or ellipsoid of Hertz's pressure has to bear the load, here 1.
     load, *shape = (float(case[name]) for name in ("normal_load", "radius", "poisson"))
-    if not planar:
-        return hertz(load, *shape).pressure(r) / load
-    # The ellipsoid of Hertz's pressure has the volume 2/3·π·a²·p_0, which has to be the load, here 1.
-    a = hertz_radius(load, *shape)
-    peak = 1.5 / (np.pi * a**2)
-    return HertzContact(a, peak).pressure(r)
+    a = contact.hertz(load, *shape)
+    return HertzContact(a, contact.hertz_pressure(a)).pressure(r)
 
 
 def draw_contacts(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:

@@ -331,7 +331,7 @@ def _start_parameters(question: Question) -> list[str]:
     plan = question.plans(middle, own_starts=False)[0]
     case = plan.cases[0].case or Case.of({})
     names = [START]
-    if case.slab.scheme.planar:
+    if "y" in case.slab.layout.AXES:
         names.append(START_Y)
     if case.heterogeneity.spread > 0.0 or SPREAD in {each.name for each in question.ranges}:
         names.append(SEED)

@@ -90,7 +90,7 @@ def refuse_with_stages(manifest: Manifest, case: Case) -> None:
         need = "a scheme that has a grid, others are a surface only"
         raise InvalidInput("subsurface", True, need, {"scheme": case.slab.scheme.name})
     scales = manifest.scales
-    if case.slab.scheme.planar and scales.slab_depth != scales.slab_width:
+    if "y" in case.slab.layout.AXES and scales.slab_depth != scales.slab_width:
         beside = {"slab_width": scales.slab_width, "scheme": case.slab.scheme.name}
         raise InvalidInput("slab_depth", scales.slab_depth, "slab_width, as a plane of nodes is a square", beside)
     contacts = case.interface.contacts

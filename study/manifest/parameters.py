@@ -285,7 +285,7 @@ def resembles_ball(given: Mapping[str, Any]) -> bool:
     schemes = [SCHEMES[name] for name in names if name in SCHEMES]
     # A number over the width is typed by people who know the model; a flat punch has no radius, and a chain no depth.
     a_length = any(map(has_unit, radii))
-    plane_strain = not any(scheme.planar or not scheme.continuum for scheme in schemes)
+    plane_strain = not any("y" in scheme.LAYOUT.AXES or not scheme.continuum for scheme in schemes)
     scaled = bool({"slab_width", "shear_modulus", YOUNG} & given.keys())
     return a_length and plane_strain and scaled and "slab_depth" not in given and "flat_punch" not in pins
 

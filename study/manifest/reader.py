@@ -784,7 +784,7 @@ def _with_depth(top: Mapping[str, Any], scales: dict[str, Any]) -> dict[str, Any
     scheme = top.get("numerics", {}).get("scheme", axis)
     schemes = scheme if isinstance(scheme, list) else [scheme]
     # Nothing is checked yet: a scheme may be any value of TOML, and one that cannot be hashed is in no mapping.
-    if not all(isinstance(name, str) and name in SCHEMES and SCHEMES[name].planar for name in schemes):
+    if not all(isinstance(name, str) and name in SCHEMES and "y" in SCHEMES[name].LAYOUT.AXES for name in schemes):
         return scales
     width = scales.get("slab_width", Scales().slab_width)
     return {"slab_depth": width, **scales}

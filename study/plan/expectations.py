@@ -407,9 +407,8 @@ def memory_need(*tasks: Task) -> float:
 
 def _map_bytes(slab: Slab) -> float:
     # A slab without ends is a convolution. Else 8 bytes for each pair of the 2n components of force and displacement.
-    if slab.scheme.endless:
-        return 0.0
-    return 8.0 * (2.0 * slab.n_x) ** 2
+    stored: int = slab.scheme.stored_numbers(slab)
+    return 8.0 * stored
 
 
 def _named(task: Task) -> str:

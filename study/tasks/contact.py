@@ -74,7 +74,7 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
 
     def compute(case: Case, number: int) -> Member:
         state = initial_contact(case, compliance)
-        across = RowsOfContact(state.y) if state.rows > 1 else None
+        across = RowsOfContact(state.y) if "y" in state.layout.AXES else None
         return Member((contact_validity(case, state), state, contact_summary(state), nodes, across), state.outcome)
 
     return Computed(compute_members(task, compute))

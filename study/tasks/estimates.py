@@ -5,23 +5,24 @@ Seconds are steps times rates of an ordinary machine, within a factor of ten; th
 """
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from nanoslip.solver.case import MOST_EVENTS, Case, make_image
-from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
+from nanoslip.solver.contact.closed_forms import smooth_contact
 from nanoslip.solver.contact.kernels.path import STRETCHES
 from nanoslip.solver.contact.kernels.state import RINGS, margin
-from nanoslip.solver.contact.limit import contact_limit
-from nanoslip.solver.contact.pin import estimate_half_width
+from nanoslip.solver.contact.pin import contact_limit, estimate_half_width
 from nanoslip.solver.drive import Drive, estimate_duration
 from nanoslip.solver.dynamics.stick_slip import MOST_FITTED_SAMPLES
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
 from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import cache_last
+from nanoslip.solver.layout import Layout, Plane, Row
 from nanoslip.solver.load_path import path_extent
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import PIECES
@@ -104,17 +105,13 @@ def estimate_sizes(case: Case) -> Sizes:
     is_coulomb = rule.residual_shear == 1.0
     hertz = across = _nodes_across(case, estimate_half_width(case))
     if case.pin != "flat_punch" and not slab.scheme.bottomless:
-        film = film_radius if slab.scheme.planar else film_half_width
-        half_width = film(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio)
+        contact = smooth_contact(slab.scheme.LAYOUT)
+        half_width = contact.film(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio)
         # The law of a thin film holds where the contact is wider than the layer is high; else the layer is a half-plane.
         if half_width > slab.aspect_ratio:
             across = min(hertz, _nodes_across(case, half_width))
-    stiffness = _lateral_stiffness(slab, across)
-    nodes = across
-    # A circle of this diameter.
-    if slab.scheme.planar:
-        hertz = math.pi / 4.0 * hertz**2
-        nodes = math.pi / 4.0 * across**2
+    stiffness = slab.scheme.lateral_stiffness(slab, across)
+    hertz, nodes = map(slab.layout.nodes_of_width, (hertz, across))
     # Nodes that never slip leave no events: an infinite μ_i is as good as a million.
     limit = contact_limit(case, nodes * slab.node_area)
     presliding = min(limit, 1e6 * case.normal_load) / stiffness
@@ -137,30 +134,6 @@ def _nodes_across(case: Case, half_width: float) -> float:
     return min(nodes, float(case.slab.n_x))
 
 
-def _lateral_stiffness(slab: Slab, nodes: float) -> float:
-    """A half-space: Mindlin's 8aG/(2-ν); a film πa²G/height. A half-plane: Flamant's displacement down to its reference depth.
-
-    A slab held at its side: a rod of half its length. Else Timoshenko's cantilever; its sheared width grows under the contact by
-    45 degrees up to the slab's, and the contact keeps its top from turning by as much of it as it covers. A slab held at one node
-    gives way there, too.
-    """
-    soft, height, width, scheme = 1.0 - slab.poisson, slab.aspect_ratio, nodes * slab.spacing, slab.scheme
-    if isinstance(scheme, Chain):
-        return scheme.lateral_stiffness(slab, nodes)
-    if scheme.planar:
-        film = 0.0 if scheme.bottomless else math.pi / 4.0 * width**2 / height
-        return max(4.0 * width / (2.0 - slab.poisson), film)
-    if scheme.endless:
-        return math.pi / (soft * max(math.log(4.0 * height / width), 1.0))
-    if slab.support == "right_side":
-        return 4.0 * min(height, 0.5) / soft
-    # Compliances in series. 1.2 is Timoshenko's 6/5 for a rectangle.
-    shear = 1.2 * height / min(width + height, 1.0)
-    bending = 0.5 * soft * height**3 * (4.0 - 3.0 * width)
-    support = soft if slab.support == "frictionless" else 0.0
-    return 1.0 / (shear + bending + support)
-
-
 def estimate_displacement(case: Case) -> float:
     """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
     sizes = estimate_sizes(case)
@@ -176,19 +149,31 @@ def path_length(case: Case) -> tuple[int, float, float]:
     return path_extent(case.path, estimate_sizes(case).presliding)
 
 
-def _tableau_entries(case: Case) -> float:
-    """Entries of a row of the tableau: both directions of all nodes that are followed, and the load.
+def _followed_in_row(case: Case, across: float) -> float:
+    """Nodes in a window with this many in contact; a rough pin may meet any node."""
+    return case.slab.n_x if case.heterogeneity.roughness else across + 2.0 * margin(case.slab.n_x)
 
-    A rough pin in plane strain may meet any; on a plane those below its lowest contact by twice the range of its roughness.
-    """
-    n_x, sizes = case.slab.n_x, estimate_sizes(case)
-    followed = n_x if case.heterogeneity.roughness else sizes.nodes + 2.0 * margin(n_x)
-    if case.slab.scheme.planar:
-        rough = float(np.ptp(make_image(case.heterogeneity.roughness).height))
-        # A sphere rises by x²/2R: to twice the range h of the roughness within x = 2√(Rh), a diameter of 4√(Rh).
-        width_of_roughness = 4.0 * (n_x - 1) * math.sqrt(case.radius * rough)
-        across = math.hypot(sizes.across, width_of_roughness)
-        followed = math.pi / 4.0 * (across + 2.0 * RINGS) ** 2
+
+def _followed_on_plane(case: Case, across: float) -> float:
+    """Nodes in a patch with this many across the contact; a rough pin may meet nodes below its lowest contact by twice the range
+    of its roughness."""
+    rough = float(np.ptp(make_image(case.heterogeneity.roughness).height))
+    # A sphere rises by x²/2R: to twice the range h of the roughness within x = 2√(Rh), a diameter of 4√(Rh).
+    width_of_roughness = 4.0 * (case.slab.n_x - 1) * math.sqrt(case.radius * rough)
+    diameter = math.hypot(across, width_of_roughness) + 2.0 * RINGS
+    return case.slab.layout.nodes_of_width(diameter)
+
+
+_FOLLOWED: Final[dict[type[Layout], Callable[[Case, float], float]]] = {
+    Row: _followed_in_row,
+    Plane: _followed_on_plane,
+}
+"""Layout -> nodes that are followed, of a contact with this number of nodes across."""
+
+
+def _tableau_entries(case: Case) -> float:
+    """Entries of a row of the tableau: both directions of all nodes that are followed, and the load."""
+    followed = _FOLLOWED[case.slab.scheme.LAYOUT](case, estimate_sizes(case).across)
     return 2.0 * min(followed, case.slab.nodes) + 1.0
 
 
@@ -219,7 +204,7 @@ def touch_seconds(case: Case) -> float:
         return TASK + STEP * case.slab.nodes * math.log2(case.slab.nodes)
     nodes = estimate_sizes(case).hertz_nodes
     # Inverses of few sets, at the speed of a product of matrices.
-    if case.slab.scheme.planar and case.initial_contact != "gradual":
+    if "y" in case.slab.layout.AXES and case.initial_contact != "gradual":
         return TASK + SOLVE * nodes**3
     return TASK + SOLVE * nodes * _touch_entries(case) ** 2
 
@@ -238,12 +223,10 @@ def slide_seconds(case: Case, events: float) -> float:
         return (events + nodes) * solution
     row = _tableau_entries(case) if case.effects.pin_translation else nodes
     slab, scheme = case.slab, case.slab.scheme
-    leaf, coupling = NODE_STIFFNESS, 0.0
+    # On a plane a node's forces stand for the depth of a spacing.
+    leaf, coupling = NODE_STIFFNESS * slab.layout.node_depth, 0.0
     if isinstance(scheme, Chain):
         leaf, coupling = spring_stiffness(scheme, slab)
-    # On a plane the stiffness of a node is that over its spacing, in G·L_y.
-    elif scheme.planar:
-        leaf *= slab.spacing
     # Slips per event: all nodes regain own stiffness · step each, and lose `lost` · μ_i W/nodes in a slip. With the
     # step lost · μ_i W/(K · EVENTS · nodes) that is own stiffness · nodes/(K · EVENTS).
     slips = (leaf + 2.0 * coupling) / EVENTS * nodes / stiffness
@@ -304,10 +287,8 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
 
 FLOAT: Final = 8.0
 """Bytes of a number."""
-# Copies of its matrix that a contact holds at once.
-_SYSTEMS = 3.4
-# Copies on a plane of nodes: no matrix is kept, but a base of tableaus.
-_ON_A_PLANE = 2.5
+# Copies of its matrix that a contact holds at once; on a plane of nodes no matrix is kept, but a base of tableaus.
+_SYSTEMS: Final[dict[type[Layout], float]] = {Row: 3.4, Plane: 2.5}
 # Numbers for each surface node while a contact is looked for without a matrix.
 _CONVOLVED = 40.0
 # Bytes of an event in a record.
@@ -324,7 +305,7 @@ def contact_bytes(case: Case) -> float:
 
 
 def _systems(case: Case) -> float:
-    return _ON_A_PLANE if case.slab.scheme.planar else _SYSTEMS
+    return _SYSTEMS[case.slab.scheme.LAYOUT]
 
 
 def sliding_bytes(case: Case) -> float:

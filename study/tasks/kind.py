@@ -303,7 +303,7 @@ def list_marks(**chosen: bool) -> tuple[str, ...]:
 
 def has_planes(manifest: Manifest) -> bool:
     """True if a case may have a plane of nodes."""
-    return any(SCHEMES[str(scheme)].planar for scheme in manifest.case_values("scheme"))
+    return any("y" in SCHEMES[str(scheme)].LAYOUT.AXES for scheme in manifest.case_values("scheme"))
 
 
 def event_field(along: str) -> Any:

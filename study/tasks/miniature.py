@@ -35,7 +35,7 @@ def compiling_shape(case: Case | None) -> dict[str, object]:
     """Parameters that decide, beside the choices, which kernels a case runs: a rough pin, nodes on a plane."""
     if case is None:
         return {}
-    scheme: dict[str, object] = {"scheme": "half_space", "n_x": 9} if case.slab.scheme.planar else {}
+    scheme: dict[str, object] = {"scheme": "half_space", "n_x": 9} if "y" in case.slab.layout.AXES else {}
     return scheme | {"roughness": _ROUGH if case.heterogeneity.roughness else ()}
 
 

@@ -156,7 +156,7 @@ def compute_record(case: Case, compliance: "Compliance", places: Ensemble, input
     record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
     valid = record_validity(case, start, record, end)
-    across = RowsOfRecord(record.node_y) if case.slab.scheme.planar else None
+    across = RowsOfRecord(record.node_y) if "y" in case.slab.layout.AXES else None
     values = (valid, plateau, event_statistics(record), record, collective(record, plateau), across)
     node = stiffness_of_node(compliance, start.contact) if start.outcome.ok else 0.0
     # A record that failed says why; that it has no plateau follows from it.

@@ -105,7 +105,7 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
     # A record may end before the last of the events: then there are fewer states than events.
     events = task.events[: len(states)]
     beside: tuple[object, ...] = ()
-    if states[0].rows > 1:
+    if "y" in states[0].layout.AXES:
         across = np.concatenate([state.y for state in states])
         beside = (RowsOfContact(across),)
     if task.subsurface:

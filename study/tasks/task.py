@@ -163,11 +163,11 @@ OF_ALL = (
         "a chain has neither height nor Poisson's ratio",
         lambda case: not case.slab.scheme.continuum,
     ),
-    Exclusion(("start_y",), "plane strain has no y", lambda case: not case.slab.scheme.planar),
+    Exclusion(("start_y",), "plane strain has no y", lambda case: "y" not in case.slab.layout.AXES),
     Exclusion(
         ("slab.aspect_ratio",),
         "a half-space has no height",
-        lambda case: case.slab.scheme.bottomless and case.slab.scheme.planar,
+        lambda case: not case.slab.scheme.has_height,
     ),
     Exclusion(
         ("heterogeneity.distribution", "heterogeneity.seed"),

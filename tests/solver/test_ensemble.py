@@ -22,6 +22,7 @@ from nanoslip.solver.ensemble import (
     mean_of,
     omission_error,
 )
+from nanoslip.solver.layout import Plane
 from nanoslip.solver.slab import Slab
 
 CASE = Case(start=0.25)
@@ -218,7 +219,7 @@ def test_a_case_without_an_effect_does_not_have_it_and_has_the_others(effect):
 
 def test_the_effects_of_a_ball_leave_it_a_ball_except_that_of_three_dimensions():
     for effect in (each for each in OF_CASES if each.there(BALL)):
-        assert effect.without(BALL).slab.scheme.planar == (effect.name != "third_dimension")
+        assert (effect.without(BALL).slab.scheme.LAYOUT is Plane) == (effect.name != "third_dimension")
 
 
 @pytest.mark.parametrize(("ball", "cylinder"), [("half_space", "half_plane"), ("layer", "strip")])

@@ -13,6 +13,7 @@ import pytest
 from nanoslip.solver.case import Case, Effects, InitialContact, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.layout import Row
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide
 from tests.physics import assert_contact_laws
@@ -22,7 +23,7 @@ from tests.verification.seen import seen
 CASES = (0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11)
 """Of every pin, residual_shear 0 to 1. Number 4 has no stuck contact: an edge node pulls in contact and pushes when free."""
 SMOOTH = [number for number in range(10) if not drawn(number).heterogeneity.roughness]
-CONTINUA = [name for name, kind in SCHEMES.items() if kind.continuum and not kind.planar]
+CONTINUA = [name for name, kind in SCHEMES.items() if kind.continuum and kind.LAYOUT is Row]
 
 
 def rounded_otherwise(compliance, seed):

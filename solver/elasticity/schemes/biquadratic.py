@@ -165,7 +165,8 @@ def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIn
 
 def _nearest(grid: Grid, row: int, column: int, other: int) -> tuple[NDArray[np.int64], list[float]]:
     """Nodes of row `other` in the stencil of node (column, row), and their x relative to that node."""
-    last, last_other = int(grid.counts[row]) - 1, int(grid.counts[other]) - 1
+    last = int(grid.counts[row]) - 1
+    last_other = int(grid.counts[other]) - 1
     scaled, remainder = divmod(column * last_other, last)
     if remainder:  # between two nodes of the other row
         nodes = scaled + np.array([0, 1])

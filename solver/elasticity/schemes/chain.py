@@ -41,7 +41,7 @@ class Chain(Scheme):
     continuum = False
     bottomless = True
     incompressible = True
-    equal_widths = True
+    end_share = 1.0
     leaf_stiffness: float = parameter(
         0.8,
         meaning="leaf springs of a chain",
@@ -75,7 +75,8 @@ class Chain(Scheme):
         return self.foundation_stiffness
 
     def matrix(self, slab: Slab) -> Dense:
-        one, none = np.eye(slab.n_x), np.zeros((slab.n_x, slab.n_x))
+        one = np.eye(slab.n_x)
+        none = np.zeros_like(one)
         leaf, coupling = spring_stiffness(self, slab)
         # u per f_x is the inverse of a tridiagonal stiffness, here exactly symmetric.
         bands = np.full((2, slab.n_x), -coupling)
@@ -84,7 +85,8 @@ class Chain(Scheme):
         bands[1, [0, -1]] -= coupling
         lateral = scipy.linalg.solveh_banded(bands, one)
         upright = one / (self.foundation_stiffness * slab.spacing)
-        return np.block([[(lateral + lateral.T) / 2, none], [none, upright]])
+        symmetric = (lateral + lateral.T) / 2
+        return np.block([[symmetric, none], [none, upright]])
 
     def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
         """Stiffness K, in G, of neighbouring blocks moving together far from the ends, with the blocks that they drag along."""

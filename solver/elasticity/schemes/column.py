@@ -213,7 +213,8 @@ def _foot(slab: Slab) -> Dense:
     bending = bar_forces(slab.n_x)[:, 2]
     question.f_x[: slab.n_x], question.f_z[: slab.n_x] = bending.reshape(2, -1)
     found = solve_mixed(k, question)
-    row = int(np.argmin(np.abs(k.grid.depths + slab.aspect_ratio / 2)))
+    from_middle = np.abs(k.grid.depths + slab.aspect_ratio / 2)
+    row = int(np.argmin(from_middle))
     nodes = k.grid.row_nodes(row)
     above = slab.aspect_ratio + float(k.grid.depths[row])
     curvature, squeezed = 12.0 / _modulus(slab), slab.poisson / (1.0 - slab.poisson)

@@ -4,6 +4,7 @@ A node's force is a hat of traction about it, the end nodes' too, as the surface
 at the nodes. All of it depends on distance alone: Toeplitz blocks, those along the force even and those across odd.
 """
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Self
@@ -92,7 +93,8 @@ class Convolution(SurfaceConvolution):
         # The odd u has another sign round the back, which begins behind n-1.
         around = scipy.fft.next_fast_len(len(across), real=True)
         room = np.zeros(around - len(across))
-        on_circle = np.concatenate((self.across, room, -self.across[:0:-1]))
+        mirrored = -self.across[:0:-1]
+        on_circle = np.concatenate((self.across, room, mirrored))
         object.__setattr__(self, "_across", scipy.fft.rfft(on_circle))
 
     @property
@@ -150,8 +152,9 @@ class EndlessScheme(Scheme):
     """A scheme without sides, hence without rows of nodes to be halved: its surface takes any odd n_x."""
 
     endless = True
+    length = math.inf
     incompressible = True
-    equal_widths = True
+    end_share = 1.0
     most_nodes: ClassVar[int] = MOST_NODES
     """Largest n_x."""
     sizes = f"an odd number from {FEWEST_NODES} to {MOST_NODES}"
@@ -163,6 +166,15 @@ class EndlessScheme(Scheme):
     @abstractmethod
     def convolution(self, slab: Slab) -> SurfaceConvolution:
         """Displacements per force by distance. Raises InvalidInput."""
+
+    def stored_numbers(self, slab: Slab) -> int:
+        return 0
+
+    def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
+        # Flamant's displacement is (1-ν)/π ln(D/|x|) per force. Forces that move all of a contact of the width 2a alike,
+        # as 1/√(a² - x²), move it by (1-ν)/π ln(2D/a).
+        width = nodes * slab.spacing
+        return math.pi / ((1.0 - slab.poisson) * max(math.log(4.0 * slab.aspect_ratio / width), 1.0))
 
     def matrix(self, slab: Slab) -> Dense:
         return self.convolution(slab).window(np.arange(slab.nodes))

@@ -27,7 +27,9 @@ class HalfSpace(PlanarScheme):
     """The half-space in closed form, without settings. It takes no support, and aspect_ratio has no effect."""
 
     name = "half_space"
+    has_height = False
     bottomless = True
+    IN_PLANE_STRAIN = "half_plane"
 
     def convolution(self, slab: Slab) -> PlaneConvolution:
         return PlaneConvolution(half_space(slab) / slab.spacing)

@@ -35,12 +35,19 @@ class Layer(PlanarScheme):
     """The layer of height aspect_ratio·L_x on a rigid base, in three dimensions, without settings."""
 
     name = "layer"
+    IN_PLANE_STRAIN = "strip"
 
     def completed(self, slab: Slab) -> "Layer":
         require("support", slab.support, slab.support == "bonded", "bonded with scheme layer")
         thick = slab.aspect_ratio >= slab.spacing
         require("aspect_ratio", slab.aspect_ratio, thick, "at least the node spacing, 1/(n_x - 1), with scheme layer")
         return self
+
+    def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
+        width = nodes * slab.spacing
+        # A film shears alone under the contact: π a² G/height.
+        film = math.pi / 4.0 * width**2 / slab.aspect_ratio
+        return max(PlanarScheme.lateral_stiffness(self, slab, nodes), film)
 
     def convolution(self, slab: Slab) -> PlaneConvolution:
         found = half_space(slab) / slab.spacing

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Dense, Indices, Vector
 from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, SurfaceConvolution
-from nanoslip.solver.slab import FEWEST_NODES
+from nanoslip.solver.layout import Plane
+from nanoslip.solver.slab import FEWEST_NODES, Slab
 
 MOST_ACROSS = 513
 """Nodes along a side: 263,169 in all, of which only nodes near the contact are followed."""
@@ -71,7 +72,8 @@ class PlaneConvolution(SurfaceConvolution):
         n, offsets = self._n, self.by_offset.shape[-1]
         # The place of an entry among all is a sum of a number for its row and one for its column.
         (moved, to), (pushed, at) = divmod(rows, n * n), divmod(columns, n * n)
-        row = (2 * moved * offsets + to // n + n - 1) * offsets + to % n + n - 1
+        along_x, along_y = to // n + n - 1, to % n + n - 1
+        row = (2 * moved * offsets + along_x) * offsets + along_y
         column = (pushed * offsets - at // n) * offsets - at % n
         found, table = np.empty((len(rows), len(columns))), self.by_offset.ravel()
         for each, at in zip(found, row, strict=True):  # all places at once would take as much memory again
@@ -108,6 +110,11 @@ class PlaneConvolution(SurfaceConvolution):
 class PlanarScheme(EndlessScheme):
     """A body in three dimensions with n_x by n_x surface nodes, as far apart along y as along x."""
 
-    planar = True
+    LAYOUT = Plane
     most_nodes = MOST_ACROSS
     sizes = f"an odd number from {FEWEST_NODES} to {MOST_ACROSS}"
+
+    def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
+        # Mindlin's 8 G a/(2-ν), with 2a the contact's width.
+        width = nodes * slab.spacing
+        return 4.0 * width / (2.0 - slab.poisson)

@@ -12,6 +12,7 @@ from nanoslip import Case, Slab, friction_record, surface_compliance
 from nanoslip.solver.contact.pin import estimate_half_width
 from nanoslip.solver.effects import make_plane_strain
 from nanoslip.solver.elasticity.schemes import Galerkin
+from nanoslip.solver.layout import Plane
 from nanoslip.study.accuracy import measurement as measurement_module
 from nanoslip.study.accuracy.diagram import Diagram
 from nanoslip.study.accuracy.measurement import Measurement, measure_accuracy
@@ -136,7 +137,7 @@ def test_records_have_the_error_of_their_members(measurement):
 def test_a_ball_has_the_half_width_of_its_cylinder():
     case = Case(slab=Slab(n_x=65))
     ball = as_ball(case)
-    assert ball.slab.scheme.planar
+    assert ball.slab.scheme.LAYOUT is Plane
     assert estimate_half_width(ball) == pytest.approx(estimate_half_width(case), rel=1e-12)
     assert estimate_half_width(make_plane_strain(ball)) == pytest.approx(estimate_half_width(case), rel=1e-12)
     assert as_ball(ball) == ball

@@ -10,6 +10,7 @@ from typing import Literal
 import pytest
 
 from nanoslip.solver.case import PARTS, Case, SlipRule
+from nanoslip.solver.layout import Plane
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import declared, field_choices, parameter, validate
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
@@ -107,7 +108,7 @@ def test_a_rough_pin_stays_rough_and_a_large_case_becomes_small():
 def test_a_plane_of_nodes_stays_a_plane_but_a_small_one():
     """Nodes in a row have other kernels."""
     kept = miniature(Case.of({"n_x": 65, "scheme": "layer", "aspect_ratio": 2.0}))
-    assert kept.slab.scheme.planar
+    assert kept.slab.scheme.LAYOUT is Plane
     assert kept.slab.nodes < 300
 
 
