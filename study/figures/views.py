@@ -251,9 +251,11 @@ def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
 def half_plane(case: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Pressure at x (n,) in W/(L_x·L_y) of a pin of this shape on a half-plane (half-space) without friction.
 
-    Under a punch it is infinite at the edge (Boussinesq), where it is cut off.
+    Under a punch it is infinite at the edge (Boussinesq), where it is cut off. NaN of a scheme that is none.
     """
     scheme = str(case["scheme"].item()) if "scheme" in case else "half_plane"
+    if scheme not in SCHEMES:
+        return np.full(len(x), np.nan)
     layout = SCHEMES[scheme].LAYOUT
     contact = smooth_contact(layout)
     r = x

@@ -214,6 +214,12 @@ def test_pressures_stand_beside_those_of_a_half_plane(pressed: xr.Dataset) -> No
         assert np.sum(table[name]) * spacing == pytest.approx(1.0, rel=0.1), name  # W, on 17 nodes
 
 
+def test_a_scheme_that_is_none_has_no_pressure_of_a_half_plane() -> None:
+    """As in a dataset that somebody changed: its page was a traceback."""
+    case = xr.Dataset({"scheme": "<<<<", "pin": "parabola"})
+    assert np.isnan(half_plane(case, np.linspace(-0.1, 0.1, 5))).all()
+
+
 def test_a_punch_stands_beside_the_pressure_that_it_has_on_a_half_plane() -> None:
     """Of the load W in all, least in the middle: 1/(pi·a) of a punch of half-width a; none beside it."""
     punch = xr.Dataset(coords={"pin": "flat_punch", "half_width": 0.1})
