@@ -208,12 +208,13 @@ APART = {
         results.files.Shard.parse run.batch run.batch.parse_time_limit""",
     "files of users": """measured.columns measured.columns._cells measured.columns._split_labels measured.columns._title
         measured.columns.read_cells measured.columns.read_columns manifest.surface manifest.checker.NamedFiles._source
-        manifest.observables.explain_docstring tasks.functions tasks.functions._imported_modules""",
+        manifest.observables manifest.observables.explain_docstring tasks.functions tasks.functions._imported_modules""",
     "files of this program, their names and hashes": """dataset.file dataset.table.author_coordinates
         dataset.texts dataset.texts.decode_texts dataset.texts.encode_texts manifest.checker.NamedFiles._read
         results.entry results.entry.later
         results.files results.files.read_lines results.store run.journal.long_task_keys toml_text._key""",
-    "names and symbols": """dataset.variables.si_coordinates solver.compiling solver.view.label_numbers figures.gallery._number
+    "names and symbols": """dataset.variables.si_coordinates dataset.variables.describe_size dataset.table.stored_name
+        figures.points.axis_named report.summary solver.compiling solver.view.label_numbers figures.gallery._number
         figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
         manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.expectations._named
         tasks.task._parameters run.child._other_software dataset.verify.Recomputed._scale""",

@@ -10,6 +10,7 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.to_and_fro import RUN_IN
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.table import read_scales
+from nanoslip.study.dataset.variables import OUTCOMES
 from nanoslip.study.measured.loops import Loops, measure_loops
 from nanoslip.study.measured.means import Measured
 from nanoslip.study.measured.recording import FEWEST_POINTS
@@ -51,8 +52,21 @@ def read_computed_loops(case: xr.Dataset, attributes: dict[str, object], load: f
     return _stage_loops(case, attributes, load, rig)
 
 
+def motion_of_drive(case: xr.Dataset) -> xr.Dataset:
+    """The motion of a case's drive, with its numbers. Raises ValueError where it has none, with the reason."""
+    if "trajectory_id" not in case:
+        raise ValueError(
+            "this campaign keeps no motion of a drive: needs [[drives]], dynamics in stages, no trajectory = false"
+        )
+    if not case["trajectory_id"].dims and not case["trajectory_id"].item():
+        ending, message, *_ = OUTCOMES["drive"]
+        parts = [str(case[each.name].item()) for each in (ending, message) if each.name in case]
+        raise ValueError(": ".join(filter(None, ("this drive has no motion to draw", *parts))))
+    return Accessor(case).trajectory().load()
+
+
 def _stage_loops(case: xr.Dataset, attributes: dict[str, object], load: float, rig: float) -> ComputedLoops:
-    run = Accessor(case).trajectory().load()
+    run = motion_of_drive(case)
     begins = run["stage_leg_begin"].values if "stage_leg_begin" in run else np.empty(0)
     if not len(begins):
         raise ValueError(

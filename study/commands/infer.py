@@ -18,7 +18,7 @@ from nanoslip.study.commands.plans import plural, print_json, refusals
 from nanoslip.study.commands.words import Refusal, show
 from nanoslip.study.dataset.variables import find_variables, variables_by_name
 from nanoslip.study.exit_codes import INTERRUPTED
-from nanoslip.study.figures.points import format_value
+from nanoslip.study.figures.points import format_value, with_size
 from nanoslip.study.figures.shared import file_format, image
 from nanoslip.study.inference.campaign import Ends, Question, join_plans, make_question
 from nanoslip.study.inference.fit import LEVELS, Fit, Target, filling, sentences
@@ -32,7 +32,7 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.expectations import out_of_reach
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.report.console import Table, console, note, print_sentences, print_table, whole
-from nanoslip.study.report.summary import failure_summary, flag_summary, with_size
+from nanoslip.study.report.summary import failure_summary, flag_summary
 from nanoslip.study.results.files import results_folder
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_campaign

@@ -35,7 +35,7 @@ from nanoslip.study.commands.datasets import assignments, choose_case, find_data
 from nanoslip.study.commands.plans import BALL, drive_lines, plural, refusals
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file, variables
-from nanoslip.study.dataset.table import read_scales
+from nanoslip.study.dataset.table import is_given_in_si, read_scales
 from nanoslip.study.dataset.variables import DRIVE_NAME
 from nanoslip.study.exit_codes import FAILURES
 from nanoslip.study.manifest.cases import CampaignCase, expand, make_campaign
@@ -513,8 +513,9 @@ def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
     if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius
         others = [name for name in shown if name not in ("pin", "half_width")]
         shown = ["pin", *("half_width" if name == "radius" else name for name in others)]
+    scales = read_scales(dataset.attrs) if is_given_in_si(dataset) else None
     known = [name for name in shown if not case[name].isnull()]
-    return summary.label_text({name: case[name].item() for name in known})
+    return summary.label_text({name: case[name].item() for name in known}, scales)
 
 
 def _varies(coordinate: xr.DataArray) -> bool:

@@ -12,15 +12,14 @@ import xarray as xr
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import InvalidInput, quote_value
 from nanoslip.solver.view import with_error
-from nanoslip.study.commands.computed_loops import ComputedLoops, read_computed_loops
+from nanoslip.study.commands.computed_loops import ComputedLoops, motion_of_drive, read_computed_loops
 from nanoslip.study.commands.datasets import assignments, error_message, find_dataset
 from nanoslip.study.commands.plans import plural, print_json
 from nanoslip.study.commands.reading import lines_left_out, parse_option, separation
 from nanoslip.study.commands.words import Refusal
-from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.table import one_case
 from nanoslip.study.figures import shared
-from nanoslip.study.manifest.parameters import as_written
+from nanoslip.study.manifest.parameters import as_written, axis_unit
 from nanoslip.study.measured.columns import file_text
 from nanoslip.study.measured.events import EventUnits, event_numbers, events_as_csv, find_events
 from nanoslip.study.measured.means import Measured
@@ -72,6 +71,8 @@ SENTENCES: Final = {
     "loop_partial_slip": "loops are those of partial slip: they lose energy, and their energy ratio of {ratio:.2g} is "
     "below {least}",
     "loop_sticks": "loops lose no energy beyond its ±: the contact sticks, or slips by less than the noise",
+    "few_strokes": "± of the loops is over {strokes} strokes less offset and drift, {freedom} degrees of freedom: 68 % "
+    "lie within ±, 95 % within {factor:.2g} ±; more cycles bring that to 2 ±",
     "short_stroke": "after a turn {share:.0%} of a stroke only stretch rig and contact, more than {middle:.0%}: there is no "
     "friction at mid-stroke; a longer stroke shows it",
     "no_whole_cycle": "the stage turns, but no two strokes there and back are whole, from turn to turn: no loop; "
@@ -304,8 +305,7 @@ def _read_motion(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
     """The motion of a computed drive, with its numbers. Raises Refusal unless exactly one drive matches."""
     with find_dataset(source) as dataset:
         try:
-            case = one_case(dataset, assignments(parameters))
-            return Accessor(case).trajectory().load()
+            return motion_of_drive(one_case(dataset, assignments(parameters)))
         except (KeyError, ValueError) as error:
             raise Refusal(f"--over {source}: {error_message(error)}") from None
 
@@ -455,20 +455,19 @@ def _draw_loops(axes: Any, found: TraceNumbers, computed: ComputedLoops | None) 
     machine = computed.machine if computed else 0.0
     # A rig between stage and contact shears the loop: its points are shifted by F/k.
     measured = found.loops.position - machine * found.loops.force
+    factor, unit = axis_unit(float(np.ptp(measured)), "m")
     if computed:
         place = computed.loops.position
         wide: dict[str, Any] = {"linewidth": 2.0, "color": shared.COLORS[2], "alpha": 0.6}
         label = f"computed, {_energy_text(computed.numbers)}"
-        microns = 1e6 * (place - _middle(place))
-        axes.plot(microns, computed.loops.force, label=label, **wide)
+        axes.plot(factor * (place - _middle(place)), computed.loops.force, label=label, **wide)
     thin: dict[str, Any] = {"linewidth": 0.5, "color": shared.COLORS[5]}
     label = f"measured, {_energy_text(found.numbers)}"
-    microns = 1e6 * (measured - _middle(measured))
-    axes.plot(microns, found.loops.force, label=label, **thin)
+    axes.plot(factor * (measured - _middle(measured)), found.loops.force, label=label, **thin)
     if computed:
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     _draw_levels(axes, found)
-    axes.set_xlabel("position less F/rig (µm)" if machine else "position (µm)")
+    axes.set_xlabel(f"position less F/rig ({unit})" if machine else f"position ({unit})")
 
 
 def _energy_text(numbers: Mapping[str, Measured]) -> str:

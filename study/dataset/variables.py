@@ -7,7 +7,7 @@ Lengths are in L_x, stiffness in G·L_y, forces over the load W; trajectories of
 import difflib
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from itertools import chain
 from pathlib import Path
@@ -235,6 +235,21 @@ def _coordinate(name: str, parameter: Parameter) -> Quantity:
     return Quantity(name, meaning, parameter.unit, measure=parameter.measure, symbol=symbol, comment=comment)
 
 
+SI: Final = "_si"
+"""Suffix of a variable's name for its size in SI."""
+MEASURES: Final = {
+    "L_x": "m",
+    "G": "Pa",
+    "G·L_y": "N m-1",
+    "G·L_x·L_y": "N",
+    "W·L_x": "J",
+    "W/(L_x·L_y)": "Pa",
+}
+"""Measure of a variable -> unit of its size in SI."""
+PREFIXED: Final = frozenset({"m", "s", "m s-1", "N", "N m-1", "Pa", "J", "W", "kg", "Hz"})
+"""Units that people write with prefixes."""
+
+
 @cache
 def si_coordinates() -> dict[str, Quantity]:
     """Parameter of a case -> the coordinate that has it in SI, of campaigns that give scales."""
@@ -244,7 +259,7 @@ def si_coordinates() -> dict[str, Quantity]:
             symbol, _, _ = parameter.symbol.partition("/")
             comment = f"{name} times its scale"
             unit = UNITS[parameter.scale]
-            twins[name] = Quantity(f"{name}_si", parameter.meaning, unit, symbol=symbol, comment=comment)
+            twins[name] = Quantity(f"{name}{SI}", parameter.meaning, unit, symbol=symbol, comment=comment)
     return twins
 
 
@@ -307,6 +322,8 @@ def describe(name: str) -> Described:
     """
     if name in variables_by_name():
         return variables_by_name()[name]
+    if size := describe_size(name):
+        return size
     names = list(dict.fromkeys(each.name for each in rows()))
     if found := find_variables(names, name):
         return variables_by_name()[found[0]]
@@ -330,6 +347,16 @@ def _symbols(names: Sequence[str]) -> dict[str, str]:
     return {name: declared[name].symbol for name in plain}
 
 
+def describe_size(name: str) -> Described | None:
+    """Describe the size in SI of a variable, by its name with `_si`; None if there is no such variable."""
+    found = variables_by_name().get(name.removesuffix(SI))
+    if found is None or not name.endswith(SI) or found.measure not in MEASURES:
+        return None
+    unit, symbol = MEASURES[found.measure], found.symbol.partition("/")[0]
+    comment = f"{found.name} times its scale, of campaigns that give scales"
+    return replace(found, name=name, units=unit, measure="", symbol=symbol, comment=comment)
+
+
 @cache
 def variables_by_name() -> dict[str, Described]:
     """Every variable by name, including the variables beside means; of variables in several groups the first."""
@@ -346,10 +373,11 @@ def own_numbers(dataset: xr.Dataset) -> list[str]:
 
 def describe_own_number(dataset: xr.Dataset, name: str) -> Described:
     """Describe one's own number in a dataset."""
-    told = dataset[name].attrs
-    meaning, comment = str(told.get("long_name", name)), str(told.get("comment", ""))
+    told, group = dataset[name].attrs, _GROUPS["observables"]
+    meaning, comment, units = (str(told.get(key, "")) for key in ("long_name", "comment", "units"))
     dims = ", ".join(map(str, dataset[name].dims))
-    return Described(name, _GROUPS["observables"], dims, "1", "", meaning, "", f"{name}_uncertainty", comment, ())
+    error = f"{name}_uncertainty"
+    return Described(name, group, dims, units or "1", "", meaning or name, "", error, comment, ())
 
 
 def own_variables(dataset: xr.Dataset) -> list[str]:

@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from nanoslip.solver.view import ROUNDING, with_error
+from nanoslip.study.dataset.table import si_name
 from nanoslip.study.figures.points import (
     Points,
     UnknownNameError,
@@ -17,6 +18,7 @@ from nanoslip.study.figures.points import (
     hyphenate,
     label_in_symbols,
     points_named,
+    prefix_units,
     read_points,
     symbol,
 )
@@ -48,7 +50,7 @@ def differs(points: Points) -> bool:
 
 def words_of_alike(found: Sequence[Points]) -> Iterator[str]:
     """Sentences on numbers that do not differ, one each, and one sentence that names all numbers that no case has."""
-    for points in found:
+    for points in map(prefix_units, found):
         if points.there.any():
             yield f"{capitalize_text(points.label)}: {_value(points)}{_where(points)}{_care(points)}."
     unknown = [points.label for points in found if not points.there.any()]
@@ -91,7 +93,7 @@ def _where(points: Points) -> str:
     if known > 1:
         return f" in all cases that have it, {known} of {count}"
     place = {name: values[points.there].tolist()[0] for name, values in points.axes.items()}
-    return f" at {label_in_symbols(place)}, the only one of {count} that has it" if place else ""
+    return f" at {label_in_symbols(place, points.units)}, the only one of {count} that has it" if place else ""
 
 
 # The answer of a campaign: its numbers over its axes, drawn as the design asks for.
@@ -129,7 +131,7 @@ def _answer_points(dataset: xr.Dataset) -> Iterator[Points]:
         if name in dataset and (not divisor or divisor in dataset.variables):
             # A divisor that is the same in all cases would only rescale the axis.
             alike = not divisor or np.unique(dataset[divisor]).size == 1
-            yield read_points(dataset, name, "" if alike else divisor)
+            yield read_points(dataset, si_name(dataset, name), "" if alike else divisor)
 
 
 def _answer_names(dataset: xr.Dataset) -> Sequence[tuple[str, str]]:
@@ -143,7 +145,7 @@ def make_view(points: Points, x: str = "", hue: str = "") -> View:
     """The figure of some points. x, hue: coordinates that the caller chooses. Raises UnknownNameError if all are alike."""
     if not points.axes:
         raise UnknownNameError(f"{points.name}: all cases are alike: there is nothing to draw it against")
-    drawn, kept = merge_zipped(points, (x, hue))
+    drawn, kept = merge_zipped(prefix_units(points), (x, hue))
     if is_scattered(drawn) and not x:
         draw = partial(draw_scattered, drawn)
         against = f"against {' and '.join(map(symbol, axis_sizes(drawn)))}"
@@ -151,18 +153,18 @@ def make_view(points: Points, x: str = "", hue: str = "") -> View:
     else:
         roles = assign_roles(drawn, x, hue)
         draw = partial(draw_over_axes, drawn, roles)
-        against = _figure_title(roles)
+        against = _figure_title(roles, drawn.units)
         signs = _signs(select_points(drawn, roles.held), roles)
     together = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
-    caption = f"{capitalize_text(points.label)}, {against}.{together}{signs}"
+    caption = f"{capitalize_text(drawn.label)}, {against}.{together}{signs}"
     name = points.name.replace("/", "_over_")  # the stem of a file
     return View(name, caption, draw, points.columns)
 
 
-def _figure_title(roles: Roles) -> str:
-    """Title: y against x, and the values of axes that are not shown."""
+def _figure_title(roles: Roles, units: Mapping[str, str]) -> str:
+    """Title: y against x, and the values of axes that are not shown. units: of coordinates, with prefixes."""
     panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
-    only = label_in_symbols(roles.held)
+    only = label_in_symbols(roles.held, units)
     held = f"; drawn for {only} only, counts in this caption are for all cases" if only else ""
     if roles.mapped:
         return f"over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}"
@@ -242,7 +244,7 @@ def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any
 
 def view_named(dataset: xr.Dataset, y: str, x: str, hue: str, where: Mapping[str, Any]) -> View:
     """The view of a number over axes, by the words that people have for them. Raises UnknownNameError, ValueError."""
-    points = points_named(dataset, y, where)
+    points = points_named(dataset, y, where, in_units=True)
     points = convert_axes_to_si(points, dataset, (x, hue))
     x_axis = axis_named(points, dataset, x) if x else ""
     hue_axis = axis_named(points, dataset, hue) if hue else ""

@@ -4,7 +4,7 @@ import difflib
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
@@ -13,12 +13,24 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
+from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR, measure_label
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.table import CaseRows, Selection, axes_in_step, select_rows
-from nanoslip.study.manifest.parameters import as_written
+from nanoslip.study.dataset.table import (
+    CaseRows,
+    Selection,
+    axes_in_step,
+    is_given_in_si,
+    prefix_factor,
+    read_scales,
+    select_rows,
+    si_factor,
+    si_name,
+    stored_name,
+)
+from nanoslip.study.manifest.parameters import Value, as_written, compact, si_text
 
 # Labels of variables and values on axes, in legends and in captions.
 
@@ -32,6 +44,8 @@ def variable_description(name: str, dataset: xr.Dataset | None = None) -> variab
         return variables.variables_by_name()[name]
     if dataset is not None and name in variables.own_numbers(dataset):
         return variables.describe_own_number(dataset, name)
+    if size := variables.describe_size(name):
+        return size
     return variables.Described(name, "", "", "1", "", name, "", "", "", ())  # the name alone, a pure number
 
 
@@ -43,10 +57,10 @@ def symbol(name: str) -> str:
     return name if len(name) <= LETTERS else name.replace("_", " ")
 
 
-def label(name: str, over: str = "", dataset: xr.Dataset | None = None) -> str:
+def label(name: str, over: str = "", dataset: xr.Dataset | None = None, unit: str | None = None) -> str:
     """Axis label of a variable or its ratio to another: meaning, symbol, unit; for a ratio, the unit of the numerator.
 
-    dataset: for one's own numbers, which it describes.
+    dataset: for one's own numbers, which it describes. unit: one with a prefix, in place of the variable's.
     """
     variable = variable_description(name, dataset)
     sign = f" {variable.symbol}" if variable.symbol not in variable.meaning else ""
@@ -54,17 +68,25 @@ def label(name: str, over: str = "", dataset: xr.Dataset | None = None) -> str:
     if over:
         numerator = symbol_with_unit(variable.meaning + sign, name)
         return measure_label(f"{numerator} over {symbol_and_unit(over)}", measure)
-    return symbol_with_unit(measure_label(variable.meaning, measure) + sign, name)
+    return symbol_with_unit(measure_label(variable.meaning, measure) + sign, name, unit or readable(variable.units))
 
 
-def symbol_and_unit(name: str) -> str:
-    """A variable where there is little room: symbol and unit."""
-    return symbol_with_unit(symbol(name), name)
+def symbol_and_unit(name: str, unit: str | None = None) -> str:
+    """A variable where there is little room: symbol and unit. unit: one with a prefix, in place of the variable's."""
+    return symbol_with_unit(symbol(name), name, unit)
 
 
-def symbol_with_unit(text: str, name: str) -> str:
-    """Symbol of a variable with its unit, if any: `V_o (m/s)`."""
-    unit = unit_text(name)
+def column_title(name: str, dataset: xr.Dataset) -> str:
+    """A variable at the head of a column: its symbol, and the unit of one's own number."""
+    if "source" not in dataset[name].attrs:
+        return symbol(name)
+    return symbol_and_unit(name, readable(variable_description(name, dataset).units))
+
+
+def symbol_with_unit(text: str, name: str, unit: str | None = None) -> str:
+    """Symbol of a variable with its unit, if any: `V_o (m/s)`. unit: one with a prefix, in place of the variable's."""
+    if unit is None:
+        unit = unit_text(name)
     return f"{text} ({unit})" if unit else text
 
 
@@ -129,10 +151,75 @@ def format_words(tally: Mapping[str, int], most: float = LONGEST_TALLY) -> str:
     return f"{parts[0]}; {sum(others)} others"
 
 
-def label_in_symbols(values: Mapping[str, Any]) -> str:
-    """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 0.002 m/s`."""
-    parts = (f"{symbol(name)} = {format_value(value)} {unit_text(name)}" for name, value in values.items())
-    return ", ".join(part.rstrip() for part in parts)
+def label_in_symbols(values: Mapping[str, Any], units: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 2 mm/s`.
+
+    units: with prefixes, of coordinates whose values are in them.
+    """
+    parts = (f"{symbol(name)} = {value_with_unit(name, value, units.get(name))}" for name, value in values.items())
+    return ", ".join(parts)
+
+
+def value_with_unit(name: str, value: Any, unit: str | None = None) -> str:
+    """A value of a coordinate with its unit; with a prefix that suits it, unless a unit is given."""
+    if unit is None and is_prefixed(name) and isinstance(value, float) and math.isfinite(value):
+        return compact(value, unit_text(name), digits=DIGITS)
+    unit = unit_text(name) if unit is None else unit
+    return f"{format_value(value)} {unit}".rstrip()
+
+
+DIGITS: Final = 6
+"""Digits of a coordinate's value, to tell it from its neighbours."""
+
+
+def is_prefixed(name: str) -> bool:
+    """True if the unit of a variable takes prefixes."""
+    return variable_description(name).units in variables.PREFIXED
+
+
+_SYMBOLS: Final = {name: each.symbol for name, each in variables.parameters().items() if each.symbol}
+"""Parameter -> its name in tables and figures."""
+
+
+def parameter_symbol(parameter: str) -> str:
+    """Symbol of a parameter, else its name in a campaign file."""
+    return _SYMBOLS.get(parameter, parameter)
+
+
+def with_size(name: str, value: Value, scales: Scales | None) -> str:
+    """Value of a parameter, and beside a length or load its size in SI."""
+    si = si_text(scales, name, value) if scales else ""
+    return f"{format_value(value)} ({si})" if si else format_value(value)
+
+
+class RowLabel(NamedTuple):
+    """A column of a table with a parameter in which its rows differ."""
+
+    title: str
+    name: str
+    twin: str = ""
+    """Coordinate in SI whose values are shown, if any."""
+    factor: float = 1.0
+    """To the unit in the title."""
+
+    def cell(self, case: xr.Dataset, scales: Scales | None) -> str:
+        """The value of a row; in units of the scales with its size behind it."""
+        if not self.twin:
+            return with_size(self.name, case[self.name].item(), scales)
+        value = case[self.twin].item()
+        return format_value(value * self.factor) if math.isfinite(value) else format_value(value)
+
+
+def row_label(rows: CaseRows, name: str) -> RowLabel:
+    """The column of a parameter, in SI with a prefix where the campaign is given in SI."""
+    twin = si_name(rows.root, name)
+    if not is_given_in_si(rows.root) or not is_prefixed(twin):
+        return RowLabel(symbol_with_unit(parameter_symbol(name), name), name)
+    values = rows.values(twin)
+    if values.dtype.kind != "f":
+        return RowLabel(symbol_with_unit(parameter_symbol(name), name), name)
+    factor, unit = prefix_factor(values, variable_description(twin).units)
+    return RowLabel(symbol_and_unit(twin, unit), name, twin, factor)
 
 
 DrawnColumns = Mapping[str, NDArray[Any]]
@@ -173,6 +260,18 @@ class Points:
     """The variable, or the two of a ratio."""
     closed_form: Floats
     """A closed form to compare with; NaN without one."""
+    in_si: bool = False
+    """True if the campaign is given in SI: then numbers are drawn in units with prefixes."""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """Coordinate -> unit with a prefix that its values are in."""
+
+    def axis_label(self, name: str) -> str:
+        """Label of an axis along a coordinate."""
+        return label(name, unit=self.units.get(name))
+
+    def axis_symbol(self, name: str) -> str:
+        """Symbol and unit of a coordinate."""
+        return symbol_and_unit(name, self.units.get(name))
 
     @property
     def text(self) -> bool:
@@ -242,20 +341,22 @@ def read_points(dataset: xr.Dataset, name: str, over: str = "", where: Selection
     Raises KeyError without such a variable, or where no case is like that.
     The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
-    rows = longest_rows(dataset, (name, over), where)
+    stored = stored_name(dataset, name)
+    rows = longest_rows(dataset, (stored, over and stored_name(dataset, over)), where)
     number = _ratio(rows, name, over) if over else _number(rows, name)
     axes = differing_axes(rows)
     # Nothing states which part of a ratio's error members share.
-    shared = "" if over else f"{name}{SHARED_ERROR}"
-    members, lacking = _member_counts(dataset, rows, name)
+    shared = "" if over else f"{stored}{SHARED_ERROR}"
+    members, lacking = _member_counts(dataset, rows, stored)
+    step = [name if name in axes else f"{name}{variables.SI}" for name in axes_in_step(dataset)]
     # The border is drawn on maps of regimes only.
     critical = CRITICAL if name == "regime" else ""
     values = number.values
     has_words = values.dtype.kind == "O"
     shares = _word_shares(rows, name) if has_words else np.ones(len(rows))
-    shared_errors = _floats(rows, shared, 0.0)
+    shared_errors = _floats(rows, shared, 0.0) * _si_factors(rows, name)
     flags = _floats(rows, variables.VALIDITY.name, 0.0)
-    zipped = tuple(axis for axis in axes_in_step(dataset) if axis in axes)
+    zipped = tuple(axis for axis in step if axis in axes)
     return Points(
         name=f"{name}/{over}" if over else name,
         label=label(name, over, dataset),
@@ -272,7 +373,32 @@ def read_points(dataset: xr.Dataset, name: str, over: str = "", where: Selection
         critical_velocity=_floats(rows, critical, np.nan),
         sources=(name, over) if over else (name,),
         closed_form=np.full(len(rows), np.nan),
+        in_si=is_given_in_si(dataset),
     )
+
+
+def prefix_units(points: Points) -> Points:
+    """Points of a campaign that is given in SI, each number and coordinate in the unit with the prefix that suits it."""
+    if not points.in_si:
+        return points
+    axes, units, critical = dict(points.axes), dict(points.units), points.critical_velocity
+    for name, values in points.axes.items():
+        if is_prefixed(name) and values.dtype.kind == "f":
+            factor, units[name] = prefix_factor(values, variable_description(name).units)
+            axes[name] = values * factor
+            if name == VELOCITY:
+                critical = critical * factor
+    points = replace(points, axes=axes, units=units, critical_velocity=critical)
+    name, *over = points.sources
+    if over or points.text or not is_prefixed(name) or not points.there.any():
+        return points
+    factor, unit = prefix_factor(points.values, variable_description(name).units)
+    scaled = {each: getattr(points, each) * factor for each in ("values", "errors", "shared", "closed_form")}
+    return replace(points, label=label(name, unit=unit), **scaled)
+
+
+VELOCITY: Final = "stage_velocity"
+"""Axis of a map of regimes that may have a border."""
 
 
 def longest_rows(dataset: xr.Dataset, names: Iterable[str], where: Selection) -> CaseRows:
@@ -330,14 +456,27 @@ class _Numbers(NamedTuple):
 
 def _number(rows: CaseRows, name: str) -> _Numbers:
     """A variable, its uncertainty (NaN if missing), and whether such numbers have an uncertainty; or texts."""
-    values = rows.values(name)
-    uncertainty = variable_description(name, rows.root).uncertainty
+    stored = stored_name(rows.root, name)
+    if stored != name:
+        found, factors = _number(rows, stored), _si_factors(rows, name)
+        return found._replace(values=found.values * factors, errors=found.errors * factors)
+    values, uncertainty = rows.values(name), variable_description(name, rows.root).uncertainty
     if values.dtype.kind in "OUTS":
         unknown = np.full(len(rows), np.nan)
         return _Numbers(values.astype(object), unknown, False)
     errors = _floats(rows, uncertainty, np.nan)
     numbers = _finite(values.astype(float))
     return _Numbers(numbers, errors, uncertainty in rows.root)
+
+
+def _si_factors(rows: CaseRows, name: str) -> Floats:
+    """Factor of each row from a stored number to its size in SI; 1 of variables that are stored as they are."""
+    stored, scales = stored_name(rows.root, name), read_scales(rows.root.attrs)
+    if stored == name or scales is None:
+        return np.ones(len(rows))
+    load = rows.values("normal_load") * _floats(rows, "contacts", 1.0) * scales.force
+    factor = si_factor(scales, variables.variables_by_name()[stored].measure, load)
+    return np.full(len(rows), factor, float)
 
 
 def _finite(numbers: Floats) -> Floats:
@@ -365,9 +504,18 @@ def _ratio(rows: CaseRows, above: str, below: str) -> _Numbers:
 
 
 def differing_axes(rows: CaseRows) -> dict[str, NDArray[Any]]:
-    """The coordinates in which rows differ; numbers that some lack, or that are infinite, become texts."""
-    axes = rows.differing().items()
-    return {name: _axis_values(values) for name, values in axes}
+    """The coordinates in which rows differ; numbers that some lack, or that are infinite, become texts.
+
+    Lengths and forces are in SI where the campaign gives them so.
+    """
+    in_si, axes = is_given_in_si(rows.root), {}
+    for name, values in rows.differing().items():
+        twin = f"{name}{variables.SI}"
+        if in_si and twin in rows.root.coords:
+            axes[twin] = _axis_values(rows.values(twin))
+        else:
+            axes[name] = _axis_values(values)
+    return axes
 
 
 def sort_values(values: Iterable[Any]) -> list[Any]:
@@ -415,6 +563,10 @@ def find_variable(dataset: xr.Dataset, word: str) -> str:
     """The variable or coordinate of the cases that a word means. Raises UnknownNameError, AmbiguousNameError."""
     names = [str(name) for name in dataset.variables]
     found = variables.find_variables(names, word)
+    if not found and stored_name(dataset, word) != word:
+        return word
+    sizes = {f"{name}{variables.SI}" for name in found}
+    found = [name for name in found if name not in sizes]
     if len(found) == 1:
         return found[0]
     if found:
@@ -424,8 +576,12 @@ def find_variable(dataset: xr.Dataset, word: str) -> str:
     raise UnknownNameError(f"{word}: no variable of this dataset; {hint}")
 
 
-def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = MappingProxyType({})) -> Points:
+def points_named(
+    dataset: xr.Dataset, word: str, where: Mapping[str, Any] = MappingProxyType({}), in_units: bool = False
+) -> Points:
     """A variable, or a ratio of two, of every case and drive. Raises UnknownNameError.
+
+    in_units: True for a variable's size in SI, if the campaign is given so.
 
     where: values of coordinates that cases have: one, several, or a text of them, as `50,100`.
     """
@@ -437,8 +593,10 @@ def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = Mapp
         try:
             if above != word and not (above and below):
                 raise UnknownNameError(f"{word}: needs a variable, or a ratio as plateau/mu_i; see nanoslip describe")
-            names = find_variable(dataset, above), find_variable(dataset, below) if below else ""
-            return read_points(dataset, *names, selection)
+            name, divisor = find_variable(dataset, above), find_variable(dataset, below) if below else ""
+            if in_units and not divisor:
+                name = si_name(dataset, name)
+            return read_points(dataset, name, divisor, selection)
         except AmbiguousNameError:
             raise
         except KeyError as error:
@@ -474,7 +632,9 @@ def convert_axes_to_si(points: Points, dataset: xr.Dataset, words: Collection[st
 
 def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
+    stored = {name.removesuffix(variables.SI): name for name in points.axes}
     axes = variables.find_variables(list(points.axes), word)
+    axes = axes or [stored[name] for name in variables.find_variables(list(stored), word)]
     if len(axes) == 1:
         return axes[0]
     names_of_all = list(map(str, dataset.variables))

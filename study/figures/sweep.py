@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.study.figures.points import (
+    VELOCITY,
     Points,
     format_in_figure,
     hyphenate,
-    label,
     label_in_symbols,
-    symbol_and_unit,
     typeset,
 )
 from nanoslip.study.figures.roles import (
@@ -98,19 +97,19 @@ def draw_over_axes(points: Points, roles: Roles, make: Callable[..., Figure] = F
         grid = arrange_panels(figure, len(panels), columns, sharex=True, sharey=True)
         for axes, panel in zip(grid, panels, strict=True):
             mesh = draw(axes, points, select_points(points, panel), roles)
-            held = [label_in_symbols({name: value}) for name, value in panel.items()]
+            held = [label_in_symbols({name: value}, points.units) for name, value in panel.items()]
             axes.set_title("\n".join(map(typeset, held)))
         if roles.mapped:
-            figure.supylabel(_lines(label(roles.hue)))
+            figure.supylabel(_lines(points.axis_label(roles.hue)))
         if roles.mapped and points.text:
             _legend_of_tiles(figure, distinct_words(points))
         elif roles.mapped:
             # Colours of all panels have one scale, so one bar serves for all.
             figure.colorbar(mesh, ax=grid, label=typeset(points.label))
         else:
-            title = typeset(symbol_and_unit(roles.hue)) if roles.hue else ""
+            title = typeset(points.axis_symbol(roles.hue)) if roles.hue else ""
             _finish(figure, points, title)
-        figure.supxlabel(typeset(label(roles.x)))
+        figure.supxlabel(typeset(points.axis_label(roles.x)))
     return figure
 
 
@@ -128,7 +127,7 @@ def draw_scattered(points: Points, make: Callable[..., Figure] = Figure) -> Figu
             style = next(series_styles())
             _draw_series(axes, points, points, x, style, line=one_way)
             set_axis(axes.xaxis, points, name)
-            axes.set_xlabel(typeset(symbol_and_unit(name)))
+            axes.set_xlabel(typeset(points.axis_symbol(name)))
         _finish(figure, points)
     return figure
 
@@ -355,10 +354,6 @@ def critical_border(points: Points, here: Points, roles: Roles) -> Iterator[tupl
     sums = np.bincount(numbers, np.log(here.critical_velocity[known]))
     means = np.exp(sums / np.bincount(numbers))
     yield (distinct, means) if roles.hue == VELOCITY else (means, distinct)
-
-
-VELOCITY: Final = "stage_velocity"
-"""Axis of a map of regimes that may have a border."""
 
 
 def _colors(points: Points, names: list[str]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from typing import Any, Final
 
@@ -12,17 +12,27 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from nanoslip.solver.contact.closed_forms import HertzContact, MindlinLoops, smooth_contact
+from nanoslip.solver.drive import Scales
 from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor, run_id_name
 from nanoslip.study.dataset.file import read_groups
-from nanoslip.study.dataset.table import case_rows, read_scales
-from nanoslip.study.dataset.variables import are_means
+from nanoslip.study.dataset.table import case_rows, is_given_in_si, read_scales, si_factor, si_name
+from nanoslip.study.dataset.variables import MEASURES, SI, are_means
 from nanoslip.study.figures.answer import answers, make_view
-from nanoslip.study.figures.points import DrawnColumns, differing_axes, label, label_in_symbols, read_points, typeset
+from nanoslip.study.figures.points import (
+    DrawnColumns,
+    differing_axes,
+    label,
+    label_in_symbols,
+    read_points,
+    readable,
+    typeset,
+)
 from nanoslip.study.figures.roles import assign_roles, is_scattered
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, best_fit_motion, column, legend, spread
+from nanoslip.study.manifest.parameters import axis_unit
 
 # Runs of a dataset (records, trajectories, contacts) as views: of many a few, spread over all axes.
 
@@ -55,6 +65,42 @@ class DrawnRun:
     """The coordinates in which its case differs from the others."""
     selection: dict[str, Any]
     """Selection for the accessor."""
+    load: float = math.nan
+    """Load of all contacts, in units of the scales."""
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnAxis:
+    """The numbers along an axis of a figure."""
+
+    label: str
+    """Meaning and unit, where numbers are in units of the scales."""
+    columns: tuple[str, ...] = ()
+    measure: str = ""
+    """Measure of the columns, as L_x, or `W` of forces over load; or their unit in SI; empty of pure numbers."""
+    meaning: str = ""
+    """Label without a unit, where numbers are in SI."""
+
+    def to_si(self, scales: Scales | None, load: float) -> float:
+        """Factor to SI of the columns. load: W of the case in N. scales: None if numbers stay in units of these."""
+        if scales is None or not self.is_converted:
+            return 1.0
+        return load if self.measure == FORCE else float(si_factor(scales, self.measure, load))
+
+    @property
+    def is_converted(self) -> bool:
+        """True if the columns are in units of the scales."""
+        return self.measure in (FORCE, *MEASURES)
+
+    def unit(self, in_si: bool) -> str:
+        """Unit of the columns in SI; empty if they are in units of the scales, or pure numbers."""
+        if not self.is_converted:
+            return self.measure
+        return {FORCE: "N", **MEASURES}[self.measure] if in_si else ""
+
+
+FORCE: Final = "W"
+"""Measure of forces over the load of their case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +117,12 @@ class RunFamily:
     """The drawn numbers of a run."""
     draw: Callable[[Any, DrawnColumns, dict[str, Any]], None]
     """Draws one run on axes of matplotlib, with the settings of its main line."""
-    axes: dict[str, Any]
-    """Labels and scales."""
+    x: "DrawnAxis"
+    y: "DrawnAxis"
+    axes: dict[str, Any] = field(default_factory=dict)
+    """Scales."""
+    color: "DrawnAxis | None" = None
+    """Numbers that colours show."""
     need: RunNeed | None = None
     """Condition without which a figure would be empty."""
     of_all: bool = False
@@ -92,6 +142,8 @@ def list_runs(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> l
     rows = case_rows(dataset, run_id_name(dataset, group))
     ids = rows.values(f"{group}_id").tolist()
     labels, positions = differing_axes(rows), rows.positions
+    contacts = rows.values("contacts") if rows.has("contacts") else np.ones(len(ids))
+    loads = rows.values("normal_load") * contacts if rows.has("normal_load") else np.full(len(ids), np.nan)
     names = dict.fromkeys(ids)  # each once, in the order of cases
     distinct = [name for name in names if isinstance(name, str) and name]
     enough = np.ones(len(ids), np.bool_)
@@ -105,7 +157,7 @@ def list_runs(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> l
             # A slice, not an element: `tolist` of it has Python's own types, which labels are written with.
             label = {axis: values[row : row + 1].tolist()[0] for axis, values in labels.items()}
             selection = {dim: dataset[dim].values[places[row]] for dim, places in positions.items()}
-            runs.append(DrawnRun(number, label, selection))
+            runs.append(DrawnRun(number, label, selection, float(loads[row])))
     return runs
 
 
@@ -118,16 +170,18 @@ def draw_runs(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
     positions = spread([run.label for run in runs], MOST_RUNS)
     shown = [runs[position] for position in positions]
     counted = "all" if len(shown) == len(runs) else f"{len(shown)} of {len(runs)}, spread over all axes"
-    numbers = cache(partial(_columns_to_draw, family, dataset))  # a figure shows a run, and a file holds it
+    scales = read_scales(dataset.attrs) if is_given_in_si(dataset) else None
+    numbers = cache(partial(_columns_to_draw, family, dataset, scales))  # a figure shows a run, and a file holds it
+    in_file = partial(_rename_sizes, family, numbers) if scales else numbers
     if family.together and len(shown) > 1:
-        draw = partial(_draw_together, family, numbers, shown)
-        columns = partial(_join_columns, numbers, shown)
+        draw = partial(_draw_together, family, numbers, shown, scales is not None)
+        columns = partial(_join_columns, in_file, shown)
         yield View(f"{family.name}_together", f"{caption}: {counted}.", draw, columns)
     else:
         for run in shown:
             which = f": {label_in_symbols(run.label)}" if run.label else ""
-            draw = partial(_draw_together, family, numbers, [run])
-            yield View(f"{family.name}_{run.number}", f"{caption}{which}.", draw, partial(numbers, run))
+            draw = partial(_draw_together, family, numbers, [run], scales is not None)
+            yield View(f"{family.name}_{run.number}", f"{caption}{which}.", draw, partial(in_file, run))
         if len(shown) < len(runs):
             yield f"Drawn: {counted}."
     if family.need:
@@ -139,11 +193,28 @@ FARTHEST_DRAWN: Final = 1e150
 """Largest number in a figure: squares and widths of larger numbers overflow in matplotlib."""
 
 
-def _columns_to_draw(family: RunFamily, dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
-    """Columns of a run, NaN where a number is too large to be drawn: somebody has put it into the file."""
+def _columns_to_draw(family: RunFamily, dataset: xr.Dataset, scales: Scales | None, run: DrawnRun) -> DrawnColumns:
+    """Columns of a run, NaN where a number is too large to be drawn: somebody has put it into the file.
+
+    scales: to have them in SI.
+    """
     with np.errstate(over="ignore", invalid="ignore"):
-        columns = family.columns(dataset, run)
+        columns = dict(family.columns(dataset, run))
+        for axis in _axes_of(family):
+            factor = axis.to_si(scales, run.load * (scales.force if scales else 1.0))
+            for name in axis.columns:
+                columns[name] = columns[name] * factor
     return {name: _drawable(values) for name, values in columns.items()}
+
+
+def _axes_of(family: RunFamily) -> tuple[DrawnAxis, ...]:
+    return (family.x, family.y, family.color) if family.color else (family.x, family.y)
+
+
+def _rename_sizes(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], run: DrawnRun) -> DrawnColumns:
+    """Columns of a run, those that were converted to SI with names that say so."""
+    converted = {name for axis in _axes_of(family) if axis.is_converted for name in axis.columns}
+    return {f"{name}{SI}" if name in converted else name: values for name, values in numbers(run).items()}
 
 
 def _drawable(values: NDArray[Any]) -> NDArray[Any]:
@@ -192,16 +263,22 @@ def _join_columns(numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[Dr
     return {name: np.concatenate(arrays) for name, arrays in parts.items()}
 
 
-def _draw_together(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun]) -> Figure:
-    """Runs on one pair of axes; the figure grows by the legend of several."""
+def _draw_together(
+    family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun], in_si: bool
+) -> Figure:
+    """Runs on one pair of axes; the figure grows by the legend of several. in_si: whether columns are in SI."""
+    tables = [dict(numbers(run)) for run in runs]
+    labels = [_scale_to_prefix(axis, tables, in_si) for axis in _axes_of(family)]
     with column(family.height, WIDTH) as figure:
         axes = figure.add_subplot()
-        for color, run in zip(COLORS, runs, strict=False):
+        for color, run, table in zip(COLORS, runs, tables, strict=False):
             style = {"color": color}
             if len(runs) > 1:
                 style["label"] = typeset(label_in_symbols(run.label))
-            family.draw(axes, numbers(run), style)
-        axes.set(**family.axes)
+            family.draw(axes, table, style)
+        axes.set(xlabel=labels[0], ylabel=labels[1], **family.axes)
+        if family.color:
+            figure.axes[-1].set_ylabel(labels[2])
         _, names = axes.get_legend_handles_labels()
         if names:
             # Two long names side by side would be cut off at the figure's sides.
@@ -210,6 +287,20 @@ def _draw_together(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns
             figure.set_size_inches(WIDTH, family.height + LEGEND_LINE * lines)
             legend(figure, ncols=columns, markerscale=2.0)
     return figure
+
+
+def _scale_to_prefix(axis: DrawnAxis, tables: Sequence[dict[str, NDArray[Any]]], in_si: bool) -> str:
+    """Scale the columns of an axis to the unit with the prefix that suits the largest number; return the axis label."""
+    unit = axis.unit(in_si)
+    if not unit:
+        return typeset(axis.label)
+    sizes = [np.abs(table[name]) for table in tables for name in axis.columns]
+    largest = max((float(each[np.isfinite(each)].max(initial=0.0)) for each in sizes), default=0.0)
+    factor, name_of_unit = axis_unit(largest, readable(unit))
+    for table in tables:
+        for name in axis.columns:
+            table[name] = table[name] * factor
+    return typeset(f"{axis.meaning} ({name_of_unit})")
 
 
 # Views of contacts: pressure and shear of the surface nodes, with the closed form of a half-plane.
@@ -314,7 +405,8 @@ CONTACT_VIEWS: Final = RunFamily(
     "half-plane without friction. Of more than 600 nodes those with the least and the most of their neighbourhood are drawn",
     contact_columns,
     draw_contacts,
-    {"xlabel": typeset(label("x")), "ylabel": "traction, in $W/(L_xL_y)$"},
+    DrawnAxis(label("x"), ("x",), "L_x", "x from the slab's middle"),
+    DrawnAxis("traction in W/(L_x·L_y)", ("pressure", "shear", "half_plane_pressure"), "W/(L_x·L_y)", "traction"),
 )
 
 
@@ -336,7 +428,7 @@ def drive_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
 
 def draw_drives(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """Measured force as a line, the fitted one dashed on it."""
-    time = 1e3 * table["time"]
+    time = table["time"]
     axes.plot(time, table["spring_force"], **style)
     fit = table["fitted_spring_force"]
     axes.plot(time, fit, "--", color="black", linewidth=0.5)
@@ -346,10 +438,11 @@ DRIVES: Final = RunFamily(
     "drives",
     "Drives",
     "trajectory",
-    "Spring force over load against time; dashed: Eq. 16-19 with the coefficients that fit it best, where they were fitted",
+    "Spring force against time; dashed: Eq. 16-19 with the coefficients that fit it best, where they were fitted",
     drive_columns,
     draw_drives,
-    {"xlabel": "time (ms)", "ylabel": "spring force over load"},
+    DrawnAxis("", ("time",), "s", "time"),
+    DrawnAxis("spring force over load", ("spring_force", "fitted_spring_force"), FORCE, "spring force"),
 )
 
 
@@ -371,20 +464,20 @@ def stage_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
 
 def draw_stages(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """Spring force over the stage as a line, over the pin as a thin one."""
-    axes.plot(1e3 * table["stage"], table["spring_force"], **style)
-    pin = 1e3 * table["position"]
-    axes.plot(pin, table["spring_force"], color=style["color"], linewidth=0.4)
+    axes.plot(table["stage"], table["spring_force"], **style)
+    axes.plot(table["position"], table["spring_force"], color=style["color"], linewidth=0.4)
 
 
 STAGES: Final = RunFamily(
     "stages",
     "Loops of the stage",
     "trajectory",
-    "Spring force over load against the place of the stage, and against that of the pin (thin), along the last two cycles",
+    "Spring force against the place of the stage, and against that of the pin (thin), along the last two cycles",
     stage_columns,
     draw_stages,
-    {"xlabel": "place (mm)", "ylabel": "spring force over load"},
-    RunNeed("loop_energy", -math.inf, "their stage keeps its direction, or they failed"),
+    DrawnAxis("", ("stage", "position"), "m", "place"),
+    DrawnAxis("spring force over load", ("spring_force",), FORCE, "spring force"),
+    need=RunNeed("loop_energy", -math.inf, "their stage keeps its direction, or they failed"),
 )
 
 
@@ -445,8 +538,12 @@ SIZE_VIEWS: Final = RunFamily(
     f"power law of exponent -τ of the largest, where its goodness of fit is {SIGNIFICANT:g} or more",
     size_columns,
     draw_sizes,
-    {"xlabel": typeset(label("event_slips")), "ylabel": "share of events", "xscale": "log", "yscale": "log"},
-    RunNeed("sized_events", LEAST_TAIL, f"they have fewer than {LEAST_TAIL} events on the plateaus of enough members"),
+    DrawnAxis(label("event_slips")),
+    DrawnAxis("share of events"),
+    {"xscale": "log", "yscale": "log"},
+    need=RunNeed(
+        "sized_events", LEAST_TAIL, f"they have fewer than {LEAST_TAIL} events on the plateaus of enough members"
+    ),
     of_all=True,
 )
 
@@ -477,7 +574,7 @@ def draw_interiors(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> Non
     look = {"shading": "gouraud", "rasterized": True, "cmap": "magma"}
     # As vectors the triangles would make a page of tens of megabytes.
     mesh = axes.tripcolor(table["x"], table["z"], stress, vmin=0.0, vmax=most, **look)
-    axes.figure.colorbar(mesh, ax=axes, label="largest shear stress, in $W/(L_xL_y)$", extend="max")
+    axes.figure.colorbar(mesh, ax=axes, extend="max")
 
 
 INTERIORS: Final = RunFamily(
@@ -487,7 +584,10 @@ INTERIORS: Final = RunFamily(
     "Largest shear stress inside the slab",
     interior_columns,
     draw_interiors,
-    {"aspect": "equal", "xlabel": typeset(label("x")), "ylabel": typeset(label("z"))},
+    DrawnAxis(label("x"), ("x",), "L_x", "x from the slab's middle"),
+    DrawnAxis(label("z"), ("z",), "L_x", "depth z"),
+    {"aspect": "equal"},
+    DrawnAxis("largest shear stress in W/(L_x·L_y)", ("largest_shear_stress",), "W/(L_x·L_y)", "largest shear stress"),
     together=False,
     height=3.0,
 )
@@ -516,8 +616,9 @@ RECORDS: Final = RunFamily(
     "Friction force over load against pin displacement",
     record_columns,
     draw_records,
-    {"xlabel": typeset(label("displacement")), "ylabel": "friction force over load $F/W$"},
-    RunNeed("events", 1, "they have no events"),
+    DrawnAxis(label("displacement"), ("displacement",), "L_x", "pin displacement δ_p"),
+    DrawnAxis("friction force over load F/W"),
+    need=RunNeed("events", 1, "they have no events"),
 )
 
 
@@ -547,10 +648,11 @@ LOOPS: Final = RunFamily(
     "loops",
     "Loops",
     "path",
-    "Friction force over load against pin displacement along the path",
+    "Friction force against pin displacement along the path",
     path_columns,
     draw_records,
-    {"xlabel": typeset(label("displacement")), "ylabel": "friction force over load $F/W$"},
+    DrawnAxis(label("displacement"), ("displacement",), "L_x", "pin displacement δ_p"),
+    DrawnAxis("friction force over load F/W", ("friction_force",), FORCE, "friction force F"),
 )
 
 
@@ -578,8 +680,10 @@ CYCLE_VIEWS: Final = RunFamily(
     "Energy lost in each cycle",
     cycle_columns,
     draw_cycles,
-    {"xlabel": "cycle", "ylabel": typeset("energy lost in W·L_x"), "yscale": "log"},
-    RunNeed("loss_per_cycle", -math.inf, "they have no cycles"),
+    DrawnAxis("cycle"),
+    DrawnAxis("energy lost in W·L_x", ("loss",), "W·L_x", "energy lost"),
+    {"yscale": "log"},
+    need=RunNeed("loss_per_cycle", -math.inf, "they have no cycles"),
 )
 
 
@@ -587,18 +691,25 @@ def draw_answers(dataset: xr.Dataset) -> Iterator[View | str]:
     """The answers of a campaign; loss per cycle over amplitude has its closed form beside it."""
     for answer in answers(dataset):
         losses = None
-        if isinstance(answer, View) and answer.name == "loss_per_cycle":
+        if isinstance(answer, View) and answer.name == si_name(dataset, "loss_per_cycle"):
             losses = _losses(dataset)
         yield losses or answer
 
 
 def _losses(dataset: xr.Dataset) -> View | None:
     """Loss per cycle over amplitude, with Mindlin's closed form; None if cases are not lines over amplitude."""
-    points = replace(read_points(dataset, "loss_per_cycle"), closed_form=_mindlin(dataset))
+    name = si_name(dataset, "loss_per_cycle")
+    found = read_points(dataset, name)
+    closed_form = _mindlin(dataset)
+    if name != "loss_per_cycle":
+        in_scales = read_points(dataset, "loss_per_cycle").values
+        with np.errstate(invalid="ignore", divide="ignore"):
+            closed_form = closed_form * found.values / in_scales
+    points = replace(found, closed_form=closed_form)
     lossless = read_points(dataset, "shaken_down").values == 1.0
     points = points.select(~lossless)
-    axes = [name for name in ("amplitude", "stroke") if name in points.axes]
-    along = [name for name in axes if len(set(points.axes[name])) > 1]
+    strokes = [si_name(dataset, name) for name in ("amplitude", "stroke")]
+    along = [name for name in strokes if len(set(points.axes.get(name, ()))) > 1]
     if not along or is_scattered(points) or assign_roles(points, along[0]).mapped:
         return None
     view = make_view(points, along[0])

@@ -7,6 +7,8 @@ executes the file (nanoslip.study.tasks.functions).
 import ast
 import difflib
 import hashlib
+import math
+import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +16,7 @@ from typing import Any, Final, NamedTuple
 
 from nanoslip.solver.outcome import LONGEST_MESSAGE, InvalidInput, printable
 from nanoslip.solver.parameter import require
+from nanoslip.study.measured.units import factor
 
 KEY: Final = "observables"
 """Key of [outputs] that names them."""
@@ -34,6 +37,8 @@ class Observable:
     """First line of its docstring, or its name."""
     comment: str
     """All further lines."""
+    unit: str
+    """Unit in brackets behind that first line, as `Largest drop [mN]`; empty of pure numbers."""
     driven: bool
     """True if it is a number of a drive."""
     text: str = field(repr=False)
@@ -60,19 +65,30 @@ class Observable:
 
 
 class Explained(NamedTuple):
-    """Docstring of a function as a meaning and a comment, one line each."""
+    """Docstring of a function as a meaning and a comment, one line each, and the unit."""
 
     meaning: str
     comment: str
+    unit: str
+
+
+_UNIT: Final = re.compile(r"(.*\S)\s*\[([^\[\]]{1,40})\]")
+"""A meaning and a unit in brackets, as titles of measured columns have it."""
 
 
 def explain_docstring(docstring: str | None, name: str) -> Explained:
-    """The first line of a docstring, and all further ones; the name in words without a docstring."""
+    """The first line of a docstring, and all further ones; the name in words without a docstring.
+
+    Brackets at the end of the first line are the unit, if pint knows it; else they belong to the meaning.
+    """
     first, _, rest = (docstring or "").strip().partition("\n")
     # Each becomes an attribute of a dataset, of one line, without characters that a terminal would obey.
     lines = [printable(part, LONGEST_MESSAGE) for part in (first.rstrip(" ."), rest)]
     meaning, comment = (" ".join(line.split()) for line in lines)
-    return Explained(meaning or name.replace("_", " "), comment)
+    given = _UNIT.fullmatch(meaning)
+    if given and math.isfinite(factor(given[2], given[2])):
+        return Explained(given[1].rstrip(" ."), comment, given[2])
+    return Explained(meaning or name.replace("_", " "), comment, "")
 
 
 def is_driven(required: int, refused: bool = False) -> bool | None:
@@ -160,8 +176,8 @@ def find_function(name: str, file: Path, text: str) -> Observable:
     driven = is_driven(required, refused=None in parameters.kw_defaults)
     if driven is None:
         raise InvalidInput(KEY, name, f"{PARAMETERS}: def {name}(record) or def {name}(record, motion)")
-    meaning, comment = explain_docstring(ast.get_docstring(function), name)
-    return Observable(name, name, file.stem, meaning, comment, driven, text, str(file))
+    meaning, comment, unit = explain_docstring(ast.get_docstring(function), name)
+    return Observable(name, name, file.stem, meaning, comment, unit, driven, text, str(file))
 
 
 def _missing_need(name: str, file: str, functions: Collection[str]) -> str:

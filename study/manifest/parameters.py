@@ -327,26 +327,37 @@ def si_text(scales: Scales, name: str, value: Any) -> str:
     return compact(size, UNITS[stated.scale])
 
 
+FARTHEST: Final = 1e-2
+"""Ratio of two sizes down to which they are stated in one unit: below it the smaller has two zeros or more behind its point."""
+
+
 def span(values: Sequence[float], unit: str) -> str:
-    """The least and the largest of values in SI, in words; one if they are equal."""
-    ends = dict.fromkeys(compact(end, unit) for end in (min(values), max(values)))
-    return " to ".join(ends)
+    """The least and the most of values in SI, in words and in one unit unless they are far apart; one if equal."""
+    least, most = min(values), max(values)
+    ends = list(dict.fromkeys(compact(end, unit) for end in (least, most)))
+    if len(ends) == 1 or not unit or abs(least) < FARTHEST * abs(most):
+        return " to ".join(ends)
+    factor, _ = axis_unit(abs(most), unit)
+    return f"{least * factor:.4g} to {ends[1]}"
 
 
-def compact(value: float, unit: str, error: float | None = None) -> str:
-    """A value in SI with the prefix that suits it, to four digits, or rounded beside its ±: 15.62 μm."""
+def compact(value: float, unit: str, error: float | None = None, digits: int = 4) -> str:
+    """A value in SI with the prefix that suits it, to these digits, or rounded beside its ±: 15.62 μm."""
     # The one SI unit that has a prefix already: m kg would be no unit.
     if unit == "kg":
         value, unit = 1e3 * value, "g"
     power, prefix = _prefix(value) if unit else (0, "")
     # A decimal shift is exact, a product with 1e-9 is not: 15 nm would be 15.000000000000002 of them.
     size = float(Decimal(value).scaleb(-power))
-    number = f"{size:.4g}" if error is None else with_error(size, error * 10.0**-power)
+    number = f"{size:.{digits}g}" if error is None else with_error(size, error * 10.0**-power)
     return f"{number} {prefix}{unit}".rstrip()
 
 
 def axis_unit(size: float, unit: str) -> tuple[float, str]:
     """Factor from an SI unit to that with the prefix that suits numbers of this size, and its name: 1e6, μm."""
+    if unit == "kg":  # which has a prefix already
+        factor, name = axis_unit(1e3 * size, "g")
+        return 1e3 * factor, name
     power, prefix = _prefix(size)
     return 10.0**-power, f"{prefix}{unit}"
 

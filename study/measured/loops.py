@@ -28,6 +28,8 @@ UNLOADED: Final = (0.05, 0.35)
 """Shares of the swing of force after a turn between which the contact's stiffness is taken: sticks, and is past the turn."""
 SURE: Final = 2.0
 """Errors of a number by which it differs from another."""
+FEW_TIMES: Final = 2.2
+"""Number of ± for 95 % from which on 2 ± is no longer near that: a tenth more, of six degrees of freedom or fewer."""
 SLIDES_FROM: Final = 0.2
 """Energy of a cycle over 4 F δ, both at the turns, above which a contact slides (Fouvry, Kapsa, Vincent, Wear 200, 186, 1996)."""
 
@@ -61,6 +63,15 @@ class Loops:
     position: Floats
     force: Floats
     strokes: tuple[LoopStroke, ...]
+    freedom: int
+    """Degrees of freedom of the ± of energies: strokes less the unknowns fitted to them; 0 without ±."""
+
+
+def coverage_factor(freedom: int) -> float:
+    """Number of ± within which 95 % lie: by Student's t 2 for many degrees of freedom, and 7 for one; NaN for none."""
+    if not freedom:
+        return math.nan
+    return float(scipy.stats.t.ppf(0.975, freedom) / student(freedom + 1))
 
 
 def whole_strokes(position: Floats, at: Floats | None = None) -> list[LoopStroke]:
@@ -175,7 +186,7 @@ def measure_loops(
     known = {name: number for name, number in found.items() if number is not None}
     numbers = {name: number for name, number in known.items() if number.of}
     rigid = stiffness.of > 0 and not contact.of
-    return Loops(numbers, state, rigid, begins_at_rest, stretching, position, force, tuple(strokes))
+    return Loops(numbers, state, rigid, begins_at_rest, stretching, position, force, tuple(strokes), works.freedom)
 
 
 def _state(ratio: Measured, energy: Measured) -> LoopState | None:
@@ -215,6 +226,11 @@ class StrokeNumbers(NamedTuple):
         solved, *_ = np.linalg.lstsq(terms, kept)
         without_offset = kept - terms[:, 1:] @ solved[1:]
         return cls(without_offset, len(columns))
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom of the mean's ±."""
+        return max(len(self.values) - self.fitted, 0)
 
     def times(self, factor: float) -> "StrokeNumbers":
         """The numbers times a factor."""

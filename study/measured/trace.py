@@ -18,7 +18,7 @@ from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT_CH
 from nanoslip.solver.ensemble import FEWEST
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.measured.cycles import RESOLVED, Cycle, FittedCycles, fit_cycles, ring_down
-from nanoslip.study.measured.loops import MIDDLE, SLIDES_FROM, Loops, measure_loops
+from nanoslip.study.measured.loops import FEW_TIMES, MIDDLE, SLIDES_FROM, Loops, coverage_factor, measure_loops
 from nanoslip.study.measured.means import (
     VALUE_BATCHES,
     Measured,
@@ -225,6 +225,10 @@ def _loop_flags(trace: Trace, loops: Loops | None) -> Iterator[TraceFlag]:
     if loops.state:
         ratio = loops.numbers["energy_ratio"].value
         yield TraceFlag(f"loop_{loops.state}", {"ratio": ratio, "least": SLIDES_FROM})
+    factor = coverage_factor(loops.freedom)
+    if factor > FEW_TIMES:
+        facts: dict[str, float | str] = {"strokes": len(loops.strokes), "freedom": loops.freedom, "factor": factor}
+        yield TraceFlag("few_strokes", facts)
     if loops.stretching > MIDDLE[0]:
         yield TraceFlag("short_stroke", {"share": loops.stretching, "middle": MIDDLE[0]})
     if loops.rigid:

@@ -26,7 +26,7 @@ from nanoslip.study.figures.shared import COLORS, Sort, View, format_csv, image
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY
 from nanoslip.study.manifest.manifest import drive_parameters, drive_sizes
-from nanoslip.study.manifest.parameters import FILE_KEYS, compact, si_line
+from nanoslip.study.manifest.parameters import FILE_KEYS, si_line, span
 from nanoslip.study.measured.columns import rows_as_csv
 from nanoslip.study.report import summary
 from nanoslip.study.results import attempts as runs
@@ -125,10 +125,8 @@ def sizes_in_si(dataset: xr.Dataset) -> Iterator[str]:
         if name in dataset and bool(dataset[name].notnull().any()):
             sizes = dataset[name]
             unit = readable(sizes.attrs["units"])
-            least = compact(float(sizes.min()), unit)
-            most = compact(float(sizes.max()), unit)
             meaning = capitalize_text(sizes.attrs["long_name"])
-            yield f"{meaning}: {least}" if least == most else f"{meaning}: {least} to {most}"
+            yield f"{meaning}: {span([float(sizes.min()), float(sizes.max())], unit)}"
 
 
 def missing_groups(dataset: xr.Dataset) -> Iterator[str]:

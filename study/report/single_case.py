@@ -12,9 +12,10 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import read_run
 from nanoslip.study.dataset.file import read_groups
-from nanoslip.study.dataset.table import read_scales
+from nanoslip.study.dataset.table import is_given_in_si, read_scales, si_factor, total_load
+from nanoslip.study.dataset.variables import MEASURES
 from nanoslip.study.figures.points import readable
-from nanoslip.study.manifest.parameters import as_written, compact
+from nanoslip.study.manifest.parameters import as_written, compact, span
 from nanoslip.study.report.console import Table
 from nanoslip.study.report.summary import (
     COMPLETED,
@@ -66,11 +67,14 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
 def _number_row(case: xr.Dataset, name: str, value: str) -> tuple[str, str, str]:
     """Name, value with its unit, and meaning of a number; in brackets its size in SI and what else it holds for."""
     meaning, unit = _meaning_and_unit(case[name])
-    remarks = [_si_size(case, name, unit)]
+    size = _si_size(case, name, unit, case.get(f"{name}{UNCERTAINTY}"))
+    in_si = size != "" and is_given_in_si(case)
+    in_scales = f"{value} {unit}".rstrip()
+    remarks = [in_scales if in_si else _si_size(case, name, unit)]
     if name == CRITICAL:
         remarks += _critical_condition(case)
     beside = "; ".join(filter(None, remarks))
-    cell = f"{value} {unit}".rstrip() + variables.fewer(case, name)
+    cell = (size if in_si else in_scales) + variables.fewer(case, name)
     return name, cell, f"{meaning} ({beside})" if beside else meaning
 
 
@@ -103,7 +107,7 @@ def answer(case: xr.Dataset) -> str:
 def answer_numbers(case: xr.Dataset) -> str:
     """A case's friction, regime and plateau in a line; for a contact its half-width, for loops their loss and
     stroke."""
-    numbers = [f"{_size(case, name)}{SHOWN[name]} {value}" for name, value in answer_values(case).items()]
+    numbers = [_answer_number(case, name, value) for name, value in answer_values(case).items()]
     if "cycle_stroke" in case and math.isfinite(case["cycle_stroke"].item()):
         numbers.append(_stroke_words(case))
     if _has_stroke(case):
@@ -165,11 +169,16 @@ def _failures(case: xr.Dataset) -> dict[str, str]:
     return {ended: why for ended, why in endings if ended not in good}
 
 
-def _size(case: xr.Dataset, name: str) -> str:
-    """Meaning and size in SI of a number, for before its value: `half-width of the contact 958.7 ± 1.1 μm, `."""
+def _answer_number(case: xr.Dataset, name: str, value: str) -> str:
+    """A number of an answer: its title and value; if its dataset has scales, meaning and size in SI before them.
+
+    If the campaign is given in SI, the size is all.
+    """
     meaning, unit = _meaning_and_unit(case[name])
     si = _si_size(case, name, unit, case.get(f"{name}{UNCERTAINTY}"))
-    return f"{meaning} {si}, " if si else ""
+    if not si:
+        return f"{SHOWN[name]} {value}"
+    return f"{meaning} {si}" if is_given_in_si(case) else f"{meaning} {si}, {SHOWN[name]} {value}"
 
 
 def with_meaning(case: xr.Dataset, name: str) -> str:
@@ -215,33 +224,19 @@ def start_range(case: xr.Dataset, name: str) -> Iterator[str]:
         failures.update(endings[code].value for code in codes)
         if np.isfinite(values).any():
             unit = as_written(variables.variables_by_name()[name].units)
-            low = compact(np.nanmin(values), unit)
-            high = compact(np.nanmax(values), unit)
-            yield f"single starts: {low} to {high}"
+            yield f"single starts: {span(values[np.isfinite(values)].tolist(), unit)}"
     yield from (f"{count} {word}" for word, count in failures.items())
 
 
 def _si_size(case: xr.Dataset, name: str, unit: str, error: xr.DataArray | None = None) -> str:
     """Size in SI of a number in units of the scales, as `269.8 μm`, and perhaps its ±; empty without scales."""
     scales = read_scales(case.attrs)
-    if scales is None:
+    if scales is None or unit not in MEASURES:
         return ""
     # Numbers of a case with several pins are over the load of all of them.
-    load_ratio = case["normal_load"].item() * case.get("contacts", 1)
-    load = load_ratio * scales.force
-    area = scales.slab_width * scales.slab_depth
-    units = {
-        "L_x": (scales.slab_width, "m"),
-        "G·L_y": (scales.stiffness, "N/m"),
-        "W·L_x": (load * scales.slab_width, "J"),
-        "W/(L_x·L_y)": (load / area, "Pa"),
-    }
-    if unit not in units:
-        return ""
-    scale, si = units[unit]
-    size = case[name].item() * float(scale)
-    size_error = None if error is None else error.item() * float(scale)
-    return compact(size, si, size_error)
+    scale = float(si_factor(scales, unit, total_load(case, scales)))
+    size_error = None if error is None else error.item() * scale
+    return compact(case[name].item() * scale, as_written(MEASURES[unit]), size_error)
 
 
 def _meaning_and_unit(number: xr.DataArray) -> tuple[str, str]:

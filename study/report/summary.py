@@ -3,6 +3,7 @@
 import functools
 import math
 import operator
+import re
 from collections import Counter
 from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -22,15 +23,15 @@ from nanoslip.solver.parameter import quantities
 from nanoslip.solver.sliding.validity import decode_flags
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.table import CASE, CaseRows, case_rows
+from nanoslip.study.dataset.table import CASE, CaseRows, case_rows, convert_to_si
 from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.figures.points import (
-    format_value,
+    column_title,
     format_words,
     hyphenate,
-    symbol,
-    symbol_with_unit,
-    unit_text,
+    parameter_symbol,
+    row_label,
+    value_with_unit,
 )
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value, si_text
@@ -168,8 +169,6 @@ MOST_LINES: Final = 40
 COMPLETED: Final = Ending.COMPLETED.value
 FEW: Final = 50
 """Drives whose endings are not counted."""
-SYMBOLS: Final = {name: parameter.symbol for name, parameter in variables.parameters().items() if parameter.symbol}
-"""Parameter -> its name in tables and figures."""
 
 
 def each_case(rows: CaseRows, most: int) -> list[xr.Dataset]:
@@ -195,24 +194,25 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     names = [name for name in names if not _has_no_cycles(dataset, name)]
     # Periods and amplitudes exist for stick-slip alone; a campaign without it needs no empty columns.
     names = [name for name in names if name not in _OF_CYCLES or dataset[name].notnull().any()]
-    columns = {name: SHOWN.get(name, symbol(name)) for name in names}
-    dataset = _select_shown(dataset, columns)
+    columns = {name: SHOWN.get(name) or column_title(name, dataset) for name in names}
+    dataset, units = convert_to_si(_select_shown(dataset, columns), names)
+    columns |= {name: f"{_UNIT.sub('', columns[name])} ({unit})" for name, unit in units.items()}
     all_rows = case_rows(dataset)
-    varying = _varying(all_rows)
-    labels = [symbol_with_unit(_name(name), name) for name in varying]
+    varying = {name: row_label(all_rows, name) for name in _varying(all_rows)}
+    labels = [label.title for label in varying.values()]
     # A punch is given its own half-width.
     titles = [f"{title} of contact" if title in labels else title for title in columns.values()]
-    flagged = _has_flags_in_rows(dataset)
+    shared, flagged = _shared_flags(dataset)
     header = (*labels, *titles, "outcome [flag]" if flagged else "outcome")
     rows: list[tuple[str, ...]] = []
     failed = set()
     for case in each_case(all_rows, most):
-        ending, flags, message = _ending(case)
+        ending, flags, message = _ending(case, shared)
         missing = bool(_has_missing_number(case)) and not _has_regime_answer(case).item()
         if ending not in _UNHURT and missing:
             failed.add(len(rows))
         outcome = f"{ending}{flags if flagged else ''}{message if why else ''}"
-        parameters = [with_size(name, case[name].item(), scales) for name in varying]
+        parameters = [label.cell(case, scales) for label in varying.values()]
         numbers = [format_scalar(case, name, 5) + variables.fewer(case, name) for name in columns]
         rows.append((*parameters, *numbers, outcome))
     more = len(all_rows) - len(rows)
@@ -220,6 +220,20 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
         blank = ["…"] * (len(header) - 1)
         rows.append((*blank, f"{more} more"))
     return Table(header, tuple(rows), labels=len(varying), failed=frozenset(failed), asked=len(asked))
+
+
+_UNIT: Final = re.compile(r"/L_x$|/\(.*\)$|·L_x·L_y/W$| \(.*\)$")
+"""Unit at the end of a column's title."""
+
+
+def _shared_flags(dataset: xr.Dataset) -> tuple[int, bool]:
+    """Bits of the validity flags that all of several cases have, which are named once below a table; True if any has
+    others."""
+    if variables.VALIDITY.name not in dataset:
+        return 0, False
+    masks = dataset[variables.VALIDITY.name].values.astype(np.int64).ravel()
+    shared = int(np.bitwise_and.reduce(masks)) if len(masks) > 1 else 0
+    return shared, bool((masks & ~shared).any())
 
 
 def _answer_columns(dataset: xr.Dataset) -> list[str]:
@@ -244,16 +258,6 @@ def _select_shown(dataset: xr.Dataset, columns: Collection[str]) -> xr.Dataset:
     # Texts stay, as outcomes and messages are among them.
     shown = [name for name, values in dataset.data_vars.items() if name in names or are_texts(values.variable)]
     return dataset[shown]
-
-
-def _has_flags_in_rows(dataset: xr.Dataset) -> bool:
-    """True if validity flags differ between cases, or a single case has one: one that all cases have is named below."""
-    if variables.VALIDITY.name not in dataset:
-        return False
-    masks = dataset[variables.VALIDITY.name].values
-    if masks.size == 1:
-        return bool(masks.any())
-    return bool((masks != masks.flat[0]).any())
 
 
 def _has_no_cycles(dataset: xr.Dataset, name: str) -> bool:
@@ -476,8 +480,8 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
     """Cause -> a line for each way in which cases, then drives failed: how many, the first of them, why and what to
     do.
 
-    asked: True for cases that miss a requested number, False for all other cases. A remark on a completed case, as on a number
-    that nobody requested, is no failure.
+    asked: True for cases that miss a requested number, False for cases that failed without that. A remark on a completed case
+    is left out if it is on a number that nobody requested.
     """
     lines: dict[Hashable, str] = {}
     missed = _has_missing_number(dataset) & ~_has_regime_answer(dataset)
@@ -490,6 +494,8 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
         remarked = _outcome_masks(dataset[outcome.name], lacking)
         messages = rows.values(message.name).tolist()
         for ending, kind, alike in _ending_groups(rows, run):
+            if ending in _UNHURT and not asked:
+                continue  # a remark on numbers that nobody requested is no advice
             failed = remarked if ending in _UNHURT else hurt
             numbers = [number for number in alike if failed[number] == asked]
             if numbers and ending and (kind or ending not in _UNHURT):
@@ -555,7 +561,7 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def label_text(label: Mapping[str, Value], scales: Scales | None = None) -> str:
-    """Format a label by the names of a campaign file: `R/L_x = 200, slip_order = worst_first, V_o = 0.002 m/s`.
+    """Format a label by the names of a campaign file: `R/L_x = 200, slip_order = worst_first, V_o = 2 mm/s`.
 
     Parameters that it has not, as a scheme its settings, are left out. scales: to have lengths and loads in SI: `R = 5 mm`.
     """
@@ -565,13 +571,8 @@ def label_text(label: Mapping[str, Value], scales: Scales | None = None) -> str:
         if value != "" and value == value:  # noqa: PLR0124  NaN is not
             si = si_text(scales, name, value) if scales else ""
             size = f"{variables.si_coordinates()[name].symbol} = {si}" if si else ""
-            parts.append(size or f"{_name(name)} = {format_value(value)} {unit_text(name)}".rstrip())
+            parts.append(size or f"{parameter_symbol(name)} = {value_with_unit(name, value)}")
     return ", ".join(parts)
-
-
-def _name(parameter: str) -> str:
-    """Symbol of a parameter, else its name in a campaign file."""
-    return SYMBOLS.get(parameter, parameter)
 
 
 SHOWN: Final = {
@@ -624,18 +625,15 @@ def _varying(rows: CaseRows) -> list[str]:
     return [CASE, *names] if alike else names
 
 
-def with_size(name: str, value: Value, scales: Scales | None) -> str:
-    """Value of a parameter, and beside a length or load its size in SI."""
-    si = si_text(scales, name, value) if scales else ""
-    return f"{format_value(value)} ({si})" if si else format_value(value)
+def _ending(values: xr.Dataset, shared: int) -> tuple[str, str, str]:
+    """Outcome of a case and its drive: the first bad outcome, the case's flags in brackets, advice on that outcome.
 
-
-def _ending(values: xr.Dataset) -> tuple[str, str, str]:
-    """Outcome of a case and its drive: the first bad outcome, the case's flags in brackets, advice on that outcome."""
+    shared: flags that all cases have.
+    """
     good = (COMPLETED, "")
     failures = [ended for ended in read_endings(values).values() if ended != good]
     ending, message = failures[0] if failures else good
-    mask = int(values.get(variables.VALIDITY.name, 0))
+    mask = int(values.get(variables.VALIDITY.name, 0)) & ~shared
     flags = decode_flags(mask)
     names = ", ".join(flag.name for flag in flags)
     return ending, f" [{names}]" if flags else "", f": {message}" if message else ""

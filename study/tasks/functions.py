@@ -185,10 +185,10 @@ def _read_function(name: str, function: Callable[..., Any], apart: bool) -> Obse
     require(key, function, bool(text), SOURCE)
     if driven is None:
         raise InvalidInput(key, function, PARAMETERS)
-    meaning, comment = explain_docstring(function.__doc__, name)
+    meaning, comment, unit = explain_docstring(function.__doc__, name)
     module, own_name = function.__module__, function.__qualname__
     file = function.__code__.co_filename
-    return Observable(name, own_name, module, meaning, comment, driven, text, file, function)
+    return Observable(name, own_name, module, meaning, comment, unit, driven, text, file, function)
 
 
 def _is_importable(function: Callable[..., Any]) -> bool:

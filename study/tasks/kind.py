@@ -220,9 +220,9 @@ def own_quantities(kind: str, manifest: Manifest) -> dict[str, Quantity]:
 
 
 def own_quantity(number: Observable) -> Quantity:
-    """Declaration of a user's own number, without a unit: the function alone knows it."""
+    """Declaration of a user's own number."""
     source = f"{number.reference}, SHA-256 {number.sha256}"
-    return Quantity(number.name, number.meaning, "", ensemble=True, comment=number.comment, source=source)
+    return Quantity(number.name, number.meaning, number.unit, ensemble=True, comment=number.comment, source=source)
 
 
 def own_numbers(kind: str, manifest: Manifest) -> tuple[Observable, ...]:

@@ -15,6 +15,7 @@ from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study import api
 from nanoslip.study.dataset.variables import own_numbers
 from nanoslip.study.figures.points import read_points
+from nanoslip.study.manifest.observables import explain_docstring
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import make_plan
@@ -134,6 +135,20 @@ def test_a_docstring_is_the_meaning_and_the_source_is_named_by_its_hash(computed
         assert told["source"] == f"mine:largest_drop, SHA-256 {hashlib.sha256(MINE.encode()).hexdigest()}"
         assert data["own_steps"].attrs["long_name"] == "own steps"
         assert data.attrs["manifest_observables"] == MINE
+
+
+@pytest.mark.parametrize(
+    ("docstring", "meaning", "unit"),
+    [
+        ("Largest drop of F [mN].", "Largest drop of F", "mN"),
+        ("Rise of the force [N/m]\n\nAfter a turn.", "Rise of the force", "N/m"),
+        ("Largest drop, as defined before [see note]", "Largest drop, as defined before [see note]", ""),
+        (None, "largest drop", ""),
+    ],
+)
+def test_brackets_behind_a_meaning_are_its_unit(docstring: str | None, meaning: str, unit: str) -> None:
+    explained = explain_docstring(docstring, "largest_drop")
+    assert (explained.meaning, explained.unit) == (meaning, unit)
 
 
 def test_an_exception_costs_its_number_alone(computed: Path) -> None:

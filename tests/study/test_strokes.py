@@ -77,7 +77,7 @@ def test_a_line_is_the_spring_force_over_the_stage_and_friction_of_either_sign_i
 def test_loops_are_a_view_of_the_last_two_cycles(pulled: xr.Dataset) -> None:
     (view,) = [each for each in draw_stage_loops(pulled) if isinstance(each, View)]
     columns = view.columns()
-    assert {"stage", "position", "spring_force"} <= columns.keys()
+    assert {"stage", "position", "spring_force_si"} <= columns.keys()
     assert columns["stage"].min() == pytest.approx(-LONG / 2.0)
     assert np.ptp(columns["position"]) < LONG
 

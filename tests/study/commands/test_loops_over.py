@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from nanoslip.study import api
+from nanoslip.study.commands.computed_loops import motion_of_drive
 from nanoslip.study.commands.infer import loop_targets, read_loop_numbers
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.toml_text import as_toml
@@ -183,3 +184,8 @@ def test_a_fit_to_strokes_of_a_path_finds_their_friction(main: Main, path: Path,
     assert code == 0, errors
     ((low, high),) = json.loads(out)["parameters"]["intrinsic_friction"]["95"]
     assert low < 0.5 < high
+
+
+def test_a_case_without_a_motion_says_what_it_lacks(record: Path) -> None:
+    with api.open(record / "results.nc") as data, pytest.raises(ValueError, match=r"needs \[\[drives\]\]"):
+        motion_of_drive(data)

@@ -122,7 +122,7 @@ def test_a_case_is_shown_from_a_dataset_its_folder_or_its_campaign(main, ask, fi
     code, said, errors = ask("show", *ONE, "drive=fast")
     assert (code, errors) == (0, "")
     assert said.startswith(
-        "A small campaign\ncase μ_i = 0.5, R/L_x = 50, L_z/L_x = 1, n_x = 17, drive = fast, V_o = 0.002 m/s\n"
+        "A small campaign\ncase μ_i = 0.5, R/L_x = 50, L_z/L_x = 1, n_x = 17, drive = fast, V_o = 2 mm/s\n"
     )
     assert "outcome: completed" in said
     (line,) = (line for line in said.splitlines() if line.startswith("static_friction "))

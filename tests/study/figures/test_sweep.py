@@ -126,7 +126,9 @@ def test_labels_say_meaning_symbol_and_unit() -> None:
 def test_values_are_as_short_as_they_can_be() -> None:
     values = (0.25, 200.0, 30000.0, 2.5e-4, 0.001, 1e-10, 12345.6, 65, "bonded", float("inf"))
     assert " ".join(map(format_value, values)) == "0.25 200 3e4 2.5e-4 0.001 1e-10 12345.6 65 bonded inf"
-    assert label_in_symbols({"radius": 50.0, "n_x": 33, "spring_stiffness": 1e5}) == "R/L_x = 50, n_x = 33, k = 1e5 N/m"
+    assert (
+        label_in_symbols({"radius": 50.0, "n_x": 33, "spring_stiffness": 1e5}) == "R/L_x = 50, n_x = 33, k = 100 kN/m"
+    )
 
 
 # Points hold every case once, with its axes; a ratio's uncertainty follows from both numbers; members are mean and error.

@@ -166,7 +166,7 @@ def test_a_driven_campaign_is_answered_and_shows_drives_and_records(driven: xr.D
     }
     assert together | answers <= set(found)
     assert set(found["drives_together"].columns()["case"].tolist()) == {
-        f"μ_i = {friction}, k = {stiffness} N/m" for friction in (0.25, 0.5) for stiffness in ("1e5", "4e5")
+        f"μ_i = {friction}, k = {stiffness} kN/m" for friction in (0.25, 0.5) for stiffness in (100, 400)
     }
     assert all("member: all." in found[name].caption for name in together)
     assert set(views(driven.isel(intrinsic_friction=[0], spring_stiffness=[0]))) & {"drives_1", "records_1"}

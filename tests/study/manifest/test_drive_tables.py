@@ -176,4 +176,4 @@ def test_a_duration_in_periods_is_that_many_of_the_pin_on_its_spring(tmp_path):
 
 def test_the_sizes_of_a_drive_are_its_numbers_with_a_symbol_and_its_words_are_none():
     chosen = {"integrator": ("exact",), "memory": (True,), "spring_stiffness": (200e3,), "stage_velocity": (1e-3, 2e-3)}
-    assert drive_sizes(chosen) == ["k = 200 kN/m", "V_o = 1 mm/s to 2 mm/s"]
+    assert drive_sizes(chosen) == ["k = 200 kN/m", "V_o = 1 to 2 mm/s"]

@@ -133,5 +133,5 @@ def test_python_takes_units_and_a_line_says_all_in_si() -> None:
     }
     assert api.run({"title": "x", **small}, progress=False)["normal_load"].item() == 1e-3
     line = si_line(Scales(slab_width=2e-3), {"n_x": 129}, {"normal_load": (1e-3, 2e-3)})
-    sizes = "L_x = 2 mm, R = 400 mm, W = 200 N to 400 N, L_z = 2 mm, L_y = 10 mm, G = 10 GPa, E = 26.67 GPa"
+    sizes = "L_x = 2 mm, R = 400 mm, W = 200 to 400 N, L_z = 2 mm, L_y = 10 mm, G = 10 GPa, E = 26.67 GPa"
     assert line == f"{sizes}, nodes 15.62 μm apart"

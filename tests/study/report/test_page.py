@@ -148,8 +148,8 @@ def test_sizes_are_said_in_si_and_left_out_where_a_dataset_does_not_say() -> Non
     data = xr.Dataset({"mean_step_si": ("radius", [1e-9, np.nan, 2e-9], step)}, {"radius": [50.0, 100.0, 200.0]})
     assert list(sizes_in_si(data)) == []
     assert list(sizes_in_si(data.assign_attrs(slab_width=1e-3, slab_depth=1e-2, shear_modulus=1e10))) == [
-        "L_x = 1 mm, R = 50 mm to 200 mm, W = 100 N, L_z = 1 mm, L_y = 10 mm, G = 10 GPa, E = 26.67 GPa, nodes 7.812 μm apart",
-        "Mean step per event: 1 nm to 2 nm",
+        "L_x = 1 mm, R = 50 to 200 mm, W = 100 N, L_z = 1 mm, L_y = 10 mm, G = 10 GPa, E = 26.67 GPa, nodes 7.812 μm apart",
+        "Mean step per event: 1 to 2 nm",
     ]
 
 
