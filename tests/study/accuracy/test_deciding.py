@@ -14,7 +14,7 @@ from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import MAIN, Announce, Deciding, Spacing, deciding, deciding_lines
 from nanoslip.study.commands.answering import critical_words
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.parameters import compact
+from nanoslip.study.manifest.parameters import span
 from tests.conftest import Main
 
 CASE: dict[str, Any] = {
@@ -197,7 +197,7 @@ def test_a_critical_velocity_has_the_range_of_its_starts(main: Main) -> None:
     )
     text = main("try", "--critical", *given, "members=3")[1]
     starts = api.run(CRITICAL, progress=False).nanoslip.tree["drive_ensemble"]["critical_velocity"].values
-    assert f"starts: {compact(min(starts), 'm/s')} to {compact(max(starts), 'm/s')}; " in text
+    assert f"starts: {span(starts, 'm/s')}; " in text
     assert "(at 2 MN/m; " in next(line for line in text.splitlines() if line.startswith("critical_velocity "))
     assert "if a slipping node keeps its full shear: no stick-slip" in text
     assert "± ?: a single start" in main("try", "--critical", *given, "members=1")[1].splitlines()[0]
@@ -218,8 +218,8 @@ def test_a_critical_velocity_that_starts_lack_names_what_they_do_instead() -> No
     )
     case = xr.Dataset({**known, **words, "critical_velocity_search": "found"}, {"spring_stiffness": 1e5})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("nanoslip.study.report.summary.read_groups", lambda _: {"drive_ensemble": starts})
-        patch.setattr("nanoslip.study.report.summary.read_run", lambda *_: (starts, case))
+        patch.setattr("nanoslip.study.report.single_case.read_groups", lambda _: {"drive_ensemble": starts})
+        patch.setattr("nanoslip.study.report.single_case.read_run", lambda *_: (starts, case))
         assert "(6 of 8) (single starts: 1 mm/s; 1 never sticks; 1 reversed; " in critical_words(case)
 
 

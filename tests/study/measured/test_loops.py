@@ -365,7 +365,7 @@ def test_errors_of_few_strokes_hold_as_often_as_they_say(count: int) -> None:
     ways = np.where(np.arange(count) % 2, -1.0, 1.0)
     known = 7.0 + 3.0 * ways + 0.4 * ways * np.arange(count)
     noise = np.random.default_rng(count).normal(0.0, 0.1, (tries, count))
-    means = [StrokeNumbers.of(known + each, ways) for each in noise]
+    means = [StrokeNumbers.from_strokes(known + each, ways) for each in noise]
     found = [each.mean("1") for each in means]
     errors = np.array([abs(each.value - 7.0) / each.uncertainty for each in found])
     # Ends of a share of 1500 tries: four standard deviations, 4√(p(1 - p)/1500).
