@@ -78,6 +78,9 @@ class Winkler(Scheme):
     def matrix(self, slab: Slab) -> np.ndarray:
         return np.eye(2 * slab.n_x) / (self.bed_modulus * slab.spacing)
 
+    def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
+        return nodes * self.bed_modulus * slab.spacing
+
 
 def test_a_scheme(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SCHEMES, "winkler", Winkler)
