@@ -1,5 +1,6 @@
 """Campaigns and cluster settings that come with nanoslip, in the source tree or as copies in an installed package."""
 
+import os
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -30,6 +31,7 @@ def starters() -> dict[str, Path]:
 
 def campaign_file(given: Path) -> Path:
     """Campaign file by path or name: an existing file takes precedence over a shipped campaign with the same name."""
-    if given.exists():
+    # `Path.exists` raises an error for a name that is too long to be one, as a whole text of a campaign.
+    if os.path.exists(given):
         return given
     return campaign_files().get(given.as_posix(), given)

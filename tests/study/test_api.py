@@ -126,6 +126,13 @@ def test_what_is_wrong_with_a_dict_is_named(change, message):
     assert str(caught.value).startswith(message)
 
 
+@pytest.mark.parametrize("given", ['title = "A text"\n' * 30, "a" * 5000, "a\0b"])
+def test_what_can_be_no_name_of_a_file_is_refused(given):
+    for ask in (run, nanoslip.records):
+        with pytest.raises(ManifestError):
+            ask(given)
+
+
 def test_a_task_that_crashes_is_a_warning_and_an_outcome_until_it_is_tried_again(monkeypatch, capsys, tmp_path):
     defective = crashing(lambda task: task.kind == "record" and task.case.normal_load == 2e-3)
     monkeypatch.setattr(executor, "run_task", defective)
