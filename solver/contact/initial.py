@@ -64,6 +64,7 @@ CAUSED_BY_ROUNDING = (
     Ending.CONTACT_LOST,
 )
 """Endings that rounded heights can cause."""
+NOTHING_UNDER_PUNCH: Final = Outcome(Ending.CONTACT_LOST, "no node lies under the punch: raise half_width, or n_x")
 
 
 def initial_contact(case: Case, compliance: Compliance) -> ContactState:
@@ -73,6 +74,10 @@ def initial_contact(case: Case, compliance: Compliance) -> ContactState:
     """
     if case.slab != compliance.slab:
         raise ValueError("the compliance belongs to another slab than the case")
+    # A disc that is narrower than the distance between rows may come down between two of them.
+    under_pin = np.abs(surface_from_pin(case)) <= make_pin(case).half_width
+    if not under_pin.any():
+        return _nothing(case, NOTHING_UNDER_PUNCH)
     try:
         state = _touch(case, compliance)
     except (SingularOperator, TooFarApart) as error:

@@ -310,3 +310,22 @@ EXTREME_ENDINGS = {
     Ending.COMPLETED, Ending.ROUNDING, Ending.STEEP_PIN, Ending.OVERSHOT, Ending.ENERGY_CREATED,
 }  # fmt: skip
 """Endings of these cases, under compliances of sixteen roundings: loads and pins that they name, no search that gives up."""
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+@pytest.mark.parametrize("initial", get_args(InitialContact))
+def test_a_disc_between_two_rows_of_nodes_touches_nothing_and_one_over_a_row_touches_a_node(initial, friction):
+    slab = Slab(n_x=17, scheme="half_space")
+    over_row = Case(
+        slab=slab,
+        pin="flat_punch",
+        half_width=0.3 * slab.spacing,
+        normal_load=1e-4,
+        intrinsic_friction=friction,
+        initial_contact=initial,
+    )
+    found = initial_contact(over_row, compliance_of(slab))
+    assert (found.outcome.ok, found.contact.sum()) == (True, 1)
+    between = replace(over_row, start_y=0.5)
+    found = initial_contact(between, compliance_of(slab))
+    assert (found.outcome.ending, found.contact.sum()) == (Ending.CONTACT_LOST, 0)
