@@ -135,13 +135,13 @@ class Layout(ABC):
         """Number of nodes in a contact with this number of nodes across."""
 
     @abstractmethod
-    def nodes_within(self, half_width: float, beyond: float = 0.0, start: float = 0.0) -> int:
+    def count_nodes(self, half_width: float, beyond: float = 0.0, start: float = 0.0) -> int:
         """Number of nodes in a contact whose middle is `start` spacings from a node. beyond: how far nodes outside its edge
         are in contact, too, in spacings; of a disc they make no difference."""
 
     @abstractmethod
-    def fewest_within(self, half_width: float, beyond: float) -> int:
-        """The smallest of `nodes_within` that is met where a contact moves on by half a spacing or more."""
+    def fewest_nodes(self, half_width: float, beyond: float) -> int:
+        """The smallest of `count_nodes` that is met where a contact moves on by half a spacing or more."""
 
     @abstractmethod
     def edge_nodes(self, half_width: float) -> float:
@@ -198,13 +198,13 @@ class Row(Layout):
     def nodes_of_width(self, across: float) -> float:
         return across
 
-    def nodes_within(self, half_width: float, beyond: float = 0.0, start: float = 0.0) -> int:
+    def count_nodes(self, half_width: float, beyond: float = 0.0, start: float = 0.0) -> int:
         # The node at 0 is in contact, and nodes up to the edges, which are at start ± reach.
         reach = half_width / self.spacing + beyond
         to_right, to_left = math.floor(reach + start), math.floor(reach - start)
         return max(to_right + to_left + 1, 1)
 
-    def fewest_within(self, half_width: float, beyond: float) -> int:
+    def fewest_nodes(self, half_width: float, beyond: float) -> int:
         # An interval of the length 2·reach holds at least as many whole numbers as its length has.
         reach = half_width / self.spacing + beyond
         return max(math.floor(2.0 * reach), 1)
@@ -270,12 +270,12 @@ class Plane(Layout):
     def nodes_of_width(self, across: float) -> float:
         return math.pi / 4.0 * across**2
 
-    def nodes_within(self, half_width: float, beyond: float = 0.0, start: float = 0.0) -> int:
+    def count_nodes(self, half_width: float, beyond: float = 0.0, start: float = 0.0) -> int:
         return math.floor(math.pi * (half_width / self.spacing) ** 2) + 1
 
-    def fewest_within(self, half_width: float, beyond: float) -> int:
+    def fewest_nodes(self, half_width: float, beyond: float) -> int:
         # Over many rows, places between two nodes average out.
-        return self.nodes_within(half_width)
+        return self.count_nodes(half_width)
 
     def edge_nodes(self, half_width: float) -> float:
         # One for each node of the circumference.

@@ -19,13 +19,18 @@ from nanoslip.solver.contact.compiled_contact import (
     contact_value,
     correct_rounding,
     has_node_beyond_window,
-    nodes_in_reach,
 )
 from nanoslip.solver.contact.convolved import convolve_contact
 from nanoslip.solver.contact.kernels.path import empty_events, follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
-from nanoslip.solver.contact.pin import estimate_half_width, make_pin, surface_from_axis, surface_from_pin
+from nanoslip.solver.contact.pin import (
+    estimate_half_width,
+    make_pin,
+    nodes_under_pin,
+    surface_from_axis,
+    surface_from_pin,
+)
 from nanoslip.solver.contact.soundness import (
     OUTCOME_OF_STOP,
     accuracy_of_heights,
@@ -34,6 +39,7 @@ from nanoslip.solver.contact.soundness import (
     soundness,
 )
 from nanoslip.solver.contact.state import ContactState, state_from_forces
+from nanoslip.solver.contact.window import nodes_in_reach
 from nanoslip.solver.elasticity.compliance import Compliance, EndlessCompliance, explain_outcome
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarApart
 
@@ -75,8 +81,7 @@ def initial_contact(case: Case, compliance: Compliance) -> ContactState:
     if case.slab != compliance.slab:
         raise ValueError("the compliance belongs to another slab than the case")
     # A disc that is narrower than the distance between rows may come down between two of them.
-    under_pin = np.abs(surface_from_pin(case)) <= make_pin(case).half_width
-    if not under_pin.any():
+    if not nodes_under_pin(case).any():
         return _nothing(case, NOTHING_UNDER_PUNCH)
     try:
         state = _touch(case, compliance)

@@ -127,7 +127,7 @@ class Pin:
 def surface_from_pin(case: Case, first_node: int = 0) -> Vector:
     """The undeformed surface nodes as the pin sees them before it moves: x from its lowest point, (n,), in L_x; read-only.
 
-    first_node: of the surface, which the grid's first is; above 0 where a pin has left nodes behind (`following`).
+    first_node: of the surface, which the grid's first is; above 0 where a pin has left nodes behind (`advance_grid`).
     """
     places = _surface_at_first(case)
     return places + first_node // case.slab.rows * case.slab.spacing if first_node else places
@@ -310,9 +310,13 @@ def estimate_half_width(case: Case) -> float:
     return smooth_contact(case.slab.scheme.LAYOUT).hertz(case.normal_load, case.radius, case.slab.poisson)
 
 
+def nodes_under_pin(case: Case) -> NDArray[np.bool_]:
+    """Nodes (n,) that a pin at δ_p = 0 could meet: all of them, or those that a punch covers."""
+    return np.abs(surface_from_pin(case)) <= make_pin(case).half_width
+
+
 def guess_contact(case: Case) -> NDArray[np.bool_]:
     """Nodes (n,) of the expected contact, a first guess: at least the nearest."""
     away = surface_from_axis(case)
-    under_pin = np.abs(surface_from_pin(case)) <= make_pin(case).half_width
-    under = (away <= estimate_half_width(case)) & under_pin
+    under = (away <= estimate_half_width(case)) & nodes_under_pin(case)
     return under if under.any() else away <= away.min()

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact import coulomb
-from nanoslip.solver.contact.compiled_contact import dropped_nodes
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.path import Events, empty_events
 from nanoslip.solver.contact.kernels.state import EventKind, Stop
 from nanoslip.solver.contact.pin import LONGEST_STEP, limit_over_pressure, node_limit
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.contact.window import dropped_nodes
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.solver.progress import report_progress

@@ -10,20 +10,19 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.compiled_contact import (
     CompiledContact,
+    advance_grid,
     answer_violations,
     compile_contact,
     contact_value,
     correct_rounding,
-    dropped_nodes,
-    following,
     has_node_beyond_window,
-    nodes_in_reach,
 )
 from nanoslip.solver.contact.kernels.path import Events, follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop, total_shear
 from nanoslip.solver.contact.pin import make_pin, surface_from_pin
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.contact.window import dropped_nodes, nodes_in_reach
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.solver.progress import report_progress
@@ -184,7 +183,7 @@ def compile_state(
     load, direction, _ = way or Way(case.normal_load)
     followed = _followed(case, state, whole)
     if nodes := dropped_nodes(case, followed, state.contact, direction.pin_rate):
-        state = following(case, compliance, state, nodes)
+        state = advance_grid(case, compliance, state, nodes)
         followed = _followed(case, state, whole)
     contact, u, displacement, first = state.contact, state.u, state.displacement, state.first_node
     height = make_pin(case).height(np.where(contact, surface_from_pin(case, first) + u - displacement, 0.0))

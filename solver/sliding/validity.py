@@ -199,7 +199,7 @@ def predict_flags(case: Case, displacement: float = 0.0) -> Flags:
     half_width = min(guess_half_width(case), 0.5)
     rounding = 0.499 if case.pin == "flat_punch" else 1e-9
     layout = case.slab.layout
-    most = min(layout.nodes_within(half_width, rounding), layout.nodes)
+    most = min(layout.count_nodes(half_width, rounding), layout.nodes)
     fewest = min(_fewest_nodes(case, half_width, displacement), case.slab.nodes)
     travel = _travel(case, displacement)
     seen = _Seen(fewest, most, half_width, 0.5 - half_width - travel, travel)
@@ -216,8 +216,8 @@ def _fewest_nodes(case: Case, half_width: float, displacement: float) -> int:
     """
     beyond = 0.499 if case.pin == "flat_punch" else EDGE
     if displacement < 0.5 * case.slab.spacing:
-        return case.slab.layout.nodes_within(half_width, beyond, case.start)
-    return case.slab.layout.fewest_within(half_width, beyond)
+        return case.slab.layout.count_nodes(half_width, beyond, case.start)
+    return case.slab.layout.fewest_nodes(half_width, beyond)
 
 
 def contact_flags(case: Case, state: ContactState) -> Flags:

@@ -9,7 +9,7 @@ import xarray as xr
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.to_and_fro import RUN_IN
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.dataset.table import read_scales
+from nanoslip.study.dataset.units import read_scales
 from nanoslip.study.dataset.variables import OUTCOMES
 from nanoslip.study.measured.loops import Loops, measure_loops
 from nanoslip.study.measured.means import Measured

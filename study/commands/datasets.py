@@ -22,7 +22,8 @@ from nanoslip.study.dataset.collect import (
     losses,
     write_state,
 )
-from nanoslip.study.dataset.table import one_case, read_scales
+from nanoslip.study.dataset.table import one_case
+from nanoslip.study.dataset.units import read_scales
 from nanoslip.study.dataset.variables import explain_means
 from nanoslip.study.manifest.cases import CampaignCase, tables
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters

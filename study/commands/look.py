@@ -35,7 +35,7 @@ from nanoslip.study.commands.datasets import assignments, choose_case, find_data
 from nanoslip.study.commands.plans import BALL, drive_lines, plural, refusals
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file, variables
-from nanoslip.study.dataset.table import is_given_in_si, read_scales
+from nanoslip.study.dataset.units import is_given_in_si, read_scales
 from nanoslip.study.dataset.variables import DRIVE_NAME
 from nanoslip.study.exit_codes import FAILURES
 from nanoslip.study.manifest.cases import CampaignCase, expand, make_campaign

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from nanoslip.solver.view import ROUNDING, with_error
-from nanoslip.study.dataset.table import si_name
+from nanoslip.study.dataset.units import si_name
 from nanoslip.study.figures.points import (
     Points,
     UnknownNameError,

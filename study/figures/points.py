@@ -18,18 +18,8 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR, measure_label
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.table import (
-    CaseRows,
-    Selection,
-    axes_in_step,
-    is_given_in_si,
-    prefix_factor,
-    read_scales,
-    select_rows,
-    si_factor,
-    si_name,
-    stored_name,
-)
+from nanoslip.study.dataset.table import CaseRows, Selection, axes_in_step, select_rows
+from nanoslip.study.dataset.units import is_given_in_si, prefix_factor, read_scales, si_factor, si_name, stored_name
 from nanoslip.study.manifest.parameters import Value, as_written, compact, si_text
 
 # Labels of variables and values on axes, in legends and in captions.

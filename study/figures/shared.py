@@ -26,7 +26,7 @@ from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.ensemble import mean_of, student
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import round_with_error
-from nanoslip.study.dataset.table import read_scales
+from nanoslip.study.dataset.units import read_scales
 from nanoslip.study.figures.points import DrawnColumns, sort_values
 from nanoslip.study.measured.columns import rows_as_csv
 

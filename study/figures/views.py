@@ -18,7 +18,8 @@ from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor, run_id_name
 from nanoslip.study.dataset.file import read_groups
-from nanoslip.study.dataset.table import case_rows, is_given_in_si, read_scales, si_factor, si_name
+from nanoslip.study.dataset.table import case_rows
+from nanoslip.study.dataset.units import is_given_in_si, read_scales, si_factor, si_name
 from nanoslip.study.dataset.variables import MEASURES, SI, are_means
 from nanoslip.study.figures.answer import answers, make_view
 from nanoslip.study.figures.points import (

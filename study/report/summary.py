@@ -23,8 +23,9 @@ from nanoslip.solver.parameter import quantities
 from nanoslip.solver.sliding.validity import decode_flags
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.table import CASE, CaseRows, case_rows, convert_to_si
+from nanoslip.study.dataset.table import CASE, CaseRows, case_rows
 from nanoslip.study.dataset.texts import are_texts
+from nanoslip.study.dataset.units import convert_to_si
 from nanoslip.study.figures.points import (
     column_title,
     format_words,

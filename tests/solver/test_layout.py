@@ -33,9 +33,9 @@ def test_nodes_share_the_surface(layout: Layout) -> None:
 @pytest.mark.parametrize("start", [0.0, 0.3])
 def test_a_row_holds_the_nodes_that_are_counted(half_width: float, start: float) -> None:
     row = Row(65)
-    assert row.nodes_within(half_width, start=start) == nodes_in(row, half_width, start)
+    assert row.count_nodes(half_width, start=start) == nodes_in(row, half_width, start)
     fewest = min(nodes_in(row, half_width, place) for place in np.linspace(0.0, 1.0, 101))
-    assert row.fewest_within(half_width, 0.0) == fewest
+    assert row.fewest_nodes(half_width, 0.0) == fewest
 
 
 @pytest.mark.parametrize("half_width", [0.13, 0.22, 0.31])
@@ -43,7 +43,7 @@ def test_a_plane_holds_as_many_nodes_as_its_disc_has_area(half_width: float) -> 
     """To within the nodes of its circumference, over which discs differ by chance (Gauss's circle problem)."""
     plane = Plane(65)
     counted = nodes_in(plane, half_width)
-    assert plane.nodes_within(half_width) == pytest.approx(counted, abs=0.25 * plane.edge_nodes(half_width))
+    assert plane.count_nodes(half_width) == pytest.approx(counted, abs=0.25 * plane.edge_nodes(half_width))
     assert plane.contact_width(counted) == pytest.approx(2.0 * half_width, rel=0.02)
     across = 2.0 * half_width / plane.spacing
     assert plane.nodes_of_width(across) * plane.node_area == pytest.approx(plane.contact_area(half_width), rel=1e-12)

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Distribution, Effects, Heterogeneity, InitialContact, SlipRule, make_image
-from nanoslip.solver.contact.compiled_contact import contact_value, has_node_beyond_window, nodes_in_reach
+from nanoslip.solver.contact.compiled_contact import contact_value, has_node_beyond_window
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.path import follow_path
 from nanoslip.solver.contact.kernels.state import Rise, Stop, slip_on_rough
 from nanoslip.solver.contact.pin import make_pin, node_friction, roughness_slopes
+from nanoslip.solver.contact.window import nodes_in_reach
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput

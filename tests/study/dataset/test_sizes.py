@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import nanoslip
-from nanoslip.study.dataset.table import is_given_in_si
+from nanoslip.study.dataset.units import is_given_in_si
 from nanoslip.study.figures.answer import view_named
 from nanoslip.study.figures.points import read_points
 from nanoslip.study.report.summary import scalar_table
