@@ -63,6 +63,8 @@ def _no_record(case: Case, start: ContactState, compliance: Compliance, end: Con
 
 def _method(case: Case) -> Callable[[Case, ContactState, Compliance, Way], Run]:
     """Select one of the three ways to slide, by the case."""
+    # One kernel could follow all three: over a flat punch without coupling, where pressures are constant anyhow, records of
+    # the full one agree with those of the first to rounding, but each event takes it three to five times as long.
     if not case.effects.pin_translation:
         return slide_with_constant_pressures
     return slide_with_coulomb_friction if case.slip_rule.residual_shear == 1.0 else slide_full_contact
