@@ -18,14 +18,15 @@ from nanoslip.study.commands.plans import plural, print_json
 from nanoslip.study.commands.reading import lines_left_out, parse_option, separation
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset.table import one_case
+from nanoslip.study.dataset.units import prefix_factor
 from nanoslip.study.figures import shared
-from nanoslip.study.manifest.parameters import as_written, axis_unit
+from nanoslip.study.manifest.parameters import compact
 from nanoslip.study.measured.columns import file_text
 from nanoslip.study.measured.events import EventUnits, event_numbers, events_as_csv, find_events
 from nanoslip.study.measured.means import Measured
 from nanoslip.study.measured.over_load import has_changing_load
 from nanoslip.study.measured.recording import Trace, TraceOptions, TraceSource, read_trace
-from nanoslip.study.measured.trace import TraceFlag, TraceNumbers, measure_trace
+from nanoslip.study.measured.trace import Amount, TraceFlag, TraceNumbers, measure_trace
 from nanoslip.study.report.console import Table, note, print_sentences, print_table, whole
 from nanoslip.study.results.store import write_files
 
@@ -56,14 +57,14 @@ TRACE_SYMBOLS: Final = {
 SENTENCES: Final = {
     "strokes": "forces of both signs are {strokes} strokes, cut where the sign changes: friction is half their difference, the "
     "offset half their sum, ± over strokes",
-    "inertia": "after its largest force of {peak:.4g}{unit} the pin slides on and rings: that is inertia, V√(km), above "
+    "inertia": "after its largest force of {peak} the pin slides on and rings: that is inertia, V√(km), above "
     "friction; μ_s is from a fit of Eq. 16-19 to the pull, and missing where they do not fit",
-    "load_changes": "the normal load changes from {low:.3g} to {high:.3g} N, so friction is a line over it; parts at rest "
+    "load_changes": "the normal load changes from {low} to {high}, so friction is a line over it; parts at rest "
     "are left out, ± is over eighths of the trace",
-    "strokes_drift": "the force of all strokes drifts by {rate:.2g}{unit} each {over}: subtracted",
-    "few_strokes_drift": "the force of both strokes drifts by {rate:.2g}{unit} each {over}: subtracted; in two strokes "
+    "strokes_drift": "the force of all strokes drifts by {rate}: subtracted",
+    "few_strokes_drift": "the force of both strokes drifts by {rate}: subtracted; in two strokes "
     "friction that changes along the way looks the same, in three it does not",
-    "nothing_slides": "nothing slides: the force follows the stage up to {force:.3g}{unit} and no stroke comes to a level: "
+    "nothing_slides": "nothing slides: the force follows the stage up to {force} and no stroke comes to a level: "
     "friction is at least that, and the contact sticks or slips in part",
     "as_stiff_as_rig": "after a turn the force rises as the stiffness of the rig alone makes it: that of the contact is not "
     "known from this loop",
@@ -79,19 +80,19 @@ SENTENCES: Final = {
     "record a cycle more",
     "open_loop": "the only cycle begins without force, so its loop is wider than those after it: energy, slip and energy ratio "
     "are too large; a second cycle gives them",
-    "pull_ends": "from {at:.4g} {over} on the force stays at {level:.3g}{unit} and never rises again: taken for the end of the "
+    "pull_ends": "from {at} on the force stays at {level} and never rises again: taken for the end of the "
     "pull, and left out; --from and --to choose another part",
     "sensor_limit": "{low} samples are at the least force and {high} at the largest, reached by jumps: the sensor's limit; "
     "numbers that need the forces beyond it are missing, and μ_s is the mean of the largest samples",
-    "gaps": "gaps in the record: {count}, up to {longest:.3g} {over} long: no cycle, rise, fall or loop that spans one counts",
+    "gaps": "gaps in the record: {count}, up to {longest} long: no cycle, rise, fall or loop that spans one counts",
     "averaged": "slips are lost in the noise of single samples: numbers are of means over {width} each",
-    "offset": "the trace begins at {begins:.3g}{unit}: if nothing pulls there, take it off by offset",
-    "noise": "where the force falls by less than {least:.2g}{unit} it counts as noise, not as a slip",
-    "cell_rings": "the force rises faster than in the first pull, every {period:.3g} {over}, as no friction does: the force cell "
+    "offset": "the trace begins at {begins}: if nothing pulls there, take it off by offset",
+    "noise": "where the force falls by less than {least} it counts as noise, not as a slip",
+    "cell_rings": "the force rises faster than in the first pull, every {period}, as no friction does: the force cell "
     "rings, and numbers are of means over that period",
     "turned": "no number: the force falls more slowly than it rises, which is no stick-slip: has it the other sign?",
-    "slides": "steady from {from:.4g} {over} on, after the last slip; μ_k is the mean, its ± from eight parts",
-    "no_stick_slip": "steady from {from:.4g} {over} on: no stick-slip, so no μ_s, period or amplitude; μ_k is the mean, its ± "
+    "slides": "steady from {from} on, after the last slip; μ_k is the mean, its ± from eight parts",
+    "no_stick_slip": "steady from {from} on: no stick-slip, so no μ_s, period or amplitude; μ_k is the mean, its ± "
     "from eight parts",
     "undersampled": "the force repeats after {samples:.2g} samples, or means: too few to see slips, so there is the mean force, "
     "and no μ_k",
@@ -103,21 +104,33 @@ SENTENCES: Final = {
     "one_cycle": "one cycle only: no ±",
     "no_damping": "slips of fewer than {samples} samples do not tell the damping: μ_k is below the mean force, and μ_s lacks the "
     "damper's force; --damping gives both",
-    "cell_fitted": "after each slip the force cell rings, with a period of {period:.3g} {over} and damping ratio {damping:.2g}: "
+    "cell_fitted": "after each slip the force cell rings, with a period of {period} and damping ratio {damping:.2g}: "
     "that is fitted together with Eq. 16-19, and is no part of the numbers",
     "misfit": "all slips differ from Eq. 16-19 in the same way, as with friction that changes while the pin slides: ± contains "
-    "the most that this may hide, {error:.2g}{unit} of μ_s",
+    "the most that this may hide, {error} of μ_s",
     "few_samples": "{samples:.3g} samples in a cycle: the largest force is between them, so μ_s has no ±",
     "correlated": "neighbouring cycles are correlated: ± is from {batches} batches of cycles, and rough; a longer trace is surer",
-    "first_slip": "the first slip needs {force:.4g}{unit}, more than the others: μ_s is the mean of all",
-    "drift": "the force before slips drifts by {rate:.2g}{unit} each {over}: take it off by drift",
+    "first_slip": "the first slip needs {force}, more than the others: μ_s is the mean of all",
+    "drift": "the force before slips drifts by {rate}: take it off by drift",
 }
 """Flag of a trace -> its sentence."""
 
 
 def sentence(flag: TraceFlag) -> str:
-    """A flag in words."""
-    return SENTENCES[flag.name].format(**flag.facts)
+    """A flag in words, its amounts in units with suitable prefixes."""
+    facts: dict[str, float | str] = {}
+    for name, fact in flag.facts.items():
+        facts[name] = _amount_text(fact) if isinstance(fact, Amount) else fact
+    return SENTENCES[flag.name].format(**facts)
+
+
+DIGITS: Final = 4
+"""Digits of numbers without ±."""
+
+
+def _amount_text(amount: Amount) -> str:
+    factor, unit = prefix_factor([amount.value], amount.unit)
+    return f"{factor * amount.value:.{DIGITS}g} {unit}".rstrip()
 
 
 class TraceReading(NamedTuple):
@@ -280,14 +293,19 @@ def json_of_trace(trace: Trace, found: TraceNumbers) -> dict[str, Any]:
 
 def _as_read(trace: Trace) -> str:
     what = "force" if trace.unit == "N" else "friction coefficient"
-    unit = "s" if trace.over == "time" else "m"
-    span = f"from {trace.at[0]:.4g} to {trace.at[-1]:.4g} {unit}"
+    span = _range_text(trace.at, "s" if trace.over == "time" else "m")
     parts = [f"{len(trace.at)} points of {what} over {trace.over} {span}"]
     if trace.source is not None:
         parts += [separation(trace.source.columns), *_describe_omissions(trace.source)]
-    force_unit = "" if trace.unit == "1" else " N"
-    parts.append(f"{what} from {trace.force.min():.4g} to {trace.force.max():.4g}{force_unit}")
+    parts.append(f"{what} {_range_text(trace.force, trace.unit)}")
     return "; ".join(parts)
+
+
+def _range_text(values: Floats, unit: str) -> str:
+    """The least and the largest of some numbers, in the unit with the prefix that suits the larger size."""
+    factor, prefixed = prefix_factor(values, unit)
+    least, most = factor * float(values.min()), factor * float(values.max())
+    return f"from {least:.{DIGITS}g} to {most:.{DIGITS}g} {prefixed}".rstrip()
 
 
 def _describe_omissions(source: TraceSource) -> Iterator[str]:
@@ -335,7 +353,7 @@ def _find_loops(source: Path, parameters: tuple[str, ...], load: float, rig: flo
 def _loop_sentences(computed: ComputedLoops, load: float) -> Iterator[str]:
     """Sentences on the computed column, beside the measured one."""
     yield "computed ± are over starts, or over strokes of a single one; numbers without ± are of the start that is drawn"
-    loads = [f"{newtons:.3g} N" for newtons in (load, computed.load)]
+    loads = [_amount_text(Amount(newtons, "N")) for newtons in (load, computed.load)]
     if loads[0] != loads[1]:
         yield f"measured at {loads[0]}, computed at {loads[1]}: energies, stiffness and lengths are those of different loads"
     if computed.of_path and not computed.machine:
@@ -359,16 +377,19 @@ def loop_table(numbers: Mapping[str, Measured], computed: Mapping[str, Measured]
     names += [name for name in numbers if name not in computed]
     rows = []
     for name in names:
-        measured = numbers[name]
-        written_unit = "" if measured.unit == "1" else as_written(measured.unit)
-        beside = _format_measured(computed[name]) if name in computed else "–"
-        rows.append((name, _format_measured(measured), beside, written_unit))
+        both = [numbers[name], *filter(None, [computed.get(name)])]
+        factor, unit = prefix_factor([number.value for number in both], both[0].unit)
+        cells = [_format_measured(number, factor) for number in both]
+        if name not in computed:
+            cells.append("–")
+        rows.append((name, *cells, unit))
     return Table(("number", "measured ±", "computed ±", "unit"), tuple(rows))
 
 
-def _format_measured(number: Measured) -> str:
-    value, error, count, _ = number
-    return with_error(value, error) if count > 1 or math.isfinite(error) else f"{value:.4g}"
+def _format_measured(number: Measured, factor: float) -> str:
+    """A number and its ±, times the factor to its unit with a prefix."""
+    value, error = factor * number.value, factor * number.uncertainty
+    return with_error(value, error) if number.of > 1 or math.isfinite(error) else f"{value:.{DIGITS}g}"
 
 
 def number_table(numbers: Mapping[str, Measured], computed: xr.Dataset | None = None) -> Table:
@@ -377,9 +398,9 @@ def number_table(numbers: Mapping[str, Measured], computed: xr.Dataset | None = 
     is_periodic = "mean_force" in numbers
     for name, number in numbers.items():
         values = plural(number.of, "value") if number.of else "given"
-        written_unit = "" if number.unit == "1" else as_written(number.unit)
+        factor, unit = prefix_factor([number.value], number.unit)
         symbol = TRACE_SYMBOLS.get(name, "")
-        row = [name, symbol, _format_measured(number), written_unit, values]
+        row = [name, symbol, _format_measured(number, factor), unit, values]
         if computed is not None:
             row.append(_format_computed(computed, name, is_periodic))
         rows.append(tuple(row))
@@ -404,7 +425,7 @@ def draw(
     if "friction_slope" in found.numbers and trace.load is not None:
         return _draw_over_load(trace, np.abs(trace.load), found, form)
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
-    label = "F/W" if trace.unit == "1" or math.isfinite(load) else "force (N)"
+    quantity, unit = ("F/W", "1") if trace.unit == "1" or math.isfinite(load) else ("force", "N")
     drift = found.drift * (trace.at - trace.at[0])
     force = trace.force / per - found.offset - drift
     middle = found.cycles[len(found.cycles) // 2] if found.cycles else None
@@ -428,7 +449,7 @@ def draw(
                 line: dict[str, Any] = {"color": shared.COLORS[1], "linewidth": 1.0}
                 axes.plot(cycle.at, cycle.fit, label=name, **line)
             _draw_levels(axes, found)
-            axes.set_ylabel(_less(label, found))
+            label_axis(axes.yaxis, _less(quantity, found), force, unit)
         for span in found.spans:
             shade: dict[str, Any] = {"color": shared.COLORS[5], "alpha": 0.12, "linewidth": 0.0}
             panels[0].axvspan(span.start, span.end, **shade)
@@ -440,11 +461,11 @@ def draw(
             panels[1].set(xlim=(begin, end), ylim=(least - room, most + room))
         elif found.loops is not None:
             _draw_loops(panels[1], found, computed_loops)
-            panels[1].set_ylabel(_less(label, found))
-        along = "time (s)" if trace.over == "time" else "displacement (m)"
+            label_axis(panels[1].yaxis, _less(quantity, found), force, unit)
         # Below loops, which have a position of their own, the axis of the trace is that of the upper panel.
         has_loops_below = found.loops is not None and not middle
-        panels[0 if has_loops_below else -1].set_xlabel(along)
+        along = panels[0 if has_loops_below else -1].xaxis
+        label_axis(along, trace.over, trace.at, "s" if trace.over == "time" else "m")
         shared.legend(figure)
         return shared.image(figure, form)
 
@@ -455,24 +476,25 @@ def _draw_loops(axes: Any, found: TraceNumbers, computed: ComputedLoops | None) 
     machine = computed.machine if computed else 0.0
     # A rig between stage and contact shears the loop: its points are shifted by F/k.
     measured = found.loops.position - machine * found.loops.force
-    factor, unit = axis_unit(float(np.ptp(measured)), "m")
+    way = measured - _middle(measured)
     if computed:
         place = computed.loops.position
         wide: dict[str, Any] = {"linewidth": 2.0, "color": shared.COLORS[2], "alpha": 0.6}
         label = f"computed, {_energy_text(computed.numbers)}"
-        axes.plot(factor * (place - _middle(place)), computed.loops.force, label=label, **wide)
+        axes.plot(place - _middle(place), computed.loops.force, label=label, **wide)
     thin: dict[str, Any] = {"linewidth": 0.5, "color": shared.COLORS[5]}
     label = f"measured, {_energy_text(found.numbers)}"
-    axes.plot(factor * (measured - _middle(measured)), found.loops.force, label=label, **thin)
+    axes.plot(way, found.loops.force, label=label, **thin)
     if computed:
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     _draw_levels(axes, found)
-    axes.set_xlabel(f"position less F/rig ({unit})" if machine else f"position ({unit})")
+    label_axis(axes.xaxis, "position less F/rig" if machine else "position", way, "m")
 
 
 def _energy_text(numbers: Mapping[str, Measured]) -> str:
     energy = numbers["cycle_energy"]
-    return f"{_format_measured(energy)} {as_written(energy.unit)} a cycle"
+    factor, unit = prefix_factor([energy.value], energy.unit)
+    return f"{_format_measured(energy, factor)} {unit} a cycle"
 
 
 def _middle(place: Floats) -> float:
@@ -486,15 +508,28 @@ def _draw_over_load(trace: Trace, load: Floats, found: TraceNumbers, form: str) 
     intercept = found.numbers["friction_intercept"].value
     ends = np.array([0.0, float(load.max())])
     points: dict[str, Any] = {"markersize": 2.0, "color": shared.COLORS[5], "label": "measured"}
-    equation = f"{intercept:.3g} N + {slope:.3g} W"
-    line: dict[str, Any] = {"color": shared.COLORS[1], "label": equation}
+    line: dict[str, Any] = {"color": shared.COLORS[1], "label": line_equation(slope, intercept)}
     with shared.column(2.8, shared.PAGE) as figure:
         axes = figure.subplots()
         axes.plot(load, trace.force, ".", **points)
         axes.plot(ends, intercept + slope * ends, **line)
-        axes.set(xlabel="normal load W (N)", ylabel="force (N)")
+        label_axis(axes.xaxis, "normal load W", load, "N")
+        label_axis(axes.yaxis, "force", trace.force, "N")
         shared.legend(figure)
         return shared.image(figure, form)
+
+
+def line_equation(slope: float, intercept: float) -> str:
+    """Friction over load as an equation: `5 mN + 0.25 W`."""
+    return f"{compact(intercept, 'N', digits=3)} + {slope:.3g} W"
+
+
+def label_axis(axis: Any, quantity: str, values: Any, unit: str) -> None:
+    """Label an axis of a figure, and its ticks in the unit with the prefix that suits these SI values."""
+    factor, prefixed = prefix_factor(values, unit)
+    # Powers of ten: ticks that are round in SI are round in the other unit.
+    axis.set_major_formatter(lambda value, _: f"{factor * value:.6g}")
+    axis.set_label_text(f"{quantity} ({prefixed})" if prefixed else quantity)
 
 
 def _less(label: str, found: TraceNumbers) -> str:

@@ -11,18 +11,21 @@ import numpy as np
 from nanoslip.solver.view import with_error
 from nanoslip.study.commands.plans import plural, print_json
 from nanoslip.study.commands.trace import (
+    DIGITS,
     TRACE_SYMBOLS,
     TraceReading,
     TraceSeries,
     as_mapping,
     json_of_trace,
+    label_axis,
+    line_equation,
     number_table,
     sentence,
     show_trace,
 )
 from nanoslip.study.commands.words import Refusal
+from nanoslip.study.dataset.units import prefix_factor
 from nanoslip.study.figures import shared
-from nanoslip.study.manifest.parameters import as_written
 from nanoslip.study.measured.means import Measured, mean_with_error
 from nanoslip.study.measured.over_load import friction_of_files, has_different_loads
 from nanoslip.study.measured.recording import Trace
@@ -175,19 +178,24 @@ def numbers_of_series(files: Sequence[FileNumbers]) -> dict[str, Measured]:
 def _series_table(names: Sequence[str], measured: Mapping[str, FileNumbers], refused: Mapping[str, str]) -> Table:
     """A row for each file: its load and its numbers, and flags by name, or why it is refused."""
     units = _units(measured.values())
-    titles = []
+    loads = [of_file.load for of_file in measured.values()]
+    per_load, unit_of_load = prefix_factor(loads, "N")
+    titles, factors = [f"W ({unit_of_load})"], {}
     for name, unit in units.items():
+        having = [of_file.found.numbers for of_file in measured.values() if name in of_file.found.numbers]
+        values = [numbers[name].value for numbers in having]
+        factors[name], prefixed = prefix_factor(values, unit)
         symbol = TRACE_SYMBOLS.get(name, name)
-        titles.append(symbol if unit == "1" else f"{symbol} ({as_written(unit)})")
+        titles.append(f"{symbol} ({prefixed})" if prefixed else symbol)
     rows = []
     for file in names:
         of_file = measured.get(file)
-        cells = [_cell(of_file, name) for name in units]
-        load = f"{of_file.load:.4g}" if of_file and math.isfinite(of_file.load) else "–"
+        cells = [_cell(of_file, name, factor) for name, factor in factors.items()]
+        load = f"{per_load * of_file.load:.{DIGITS}g}" if of_file and math.isfinite(of_file.load) else "–"
         remark = ", ".join(of_file.found.flagged) if of_file else refused[file]
         rows.append((file, load, *cells, remark))
     failed = frozenset(number for number, file in enumerate(names) if file in refused)
-    header = ("file", "W (N)", *titles, "flags")
+    header = ("file", *titles, "flags")
     return Table(header, tuple(rows), failed=failed)
 
 
@@ -199,22 +207,24 @@ def _units(files: Iterable[FileNumbers]) -> dict[str, str]:
     return units
 
 
-def _cell(file: FileNumbers | None, name: str) -> str:
+def _cell(file: FileNumbers | None, name: str, factor: float) -> str:
     number = file.found.numbers.get(name) if file else None
-    return with_error(number.value, number.uncertainty) if number else "–"
+    return with_error(factor * number.value, factor * number.uncertainty) if number else "–"
 
 
 def _draw_series(files: Mapping[str, FileNumbers], numbers: Mapping[str, Measured], form: str) -> bytes:
     """Friction of each file over its load, with the lines through them. Raises Refusal where no load is known."""
     with shared.column(2.8, shared.PAGE) as figure:
         axes = figure.subplots()
-        drawn = False
+        drawn_loads: list[float] = []
+        drawn_forces: list[float] = []
         for place, (begin, names) in enumerate(LEVELS.items()):
             of_files = [(file.load, file.force(names)) for file in files.values()]
             known = [(load, force) for load, force in of_files if force]
             if not known:
                 continue
-            drawn = True
+            drawn_loads += [load for load, _ in known]
+            drawn_forces += [force.value for _, force in known]
             color = shared.COLORS[place]
             look: dict[str, Any] = {"color": color, "linestyle": "none", "marker": MARKS[begin]}
             look |= {"label": TRACE_SYMBOLS[names[0]], "markersize": 4.0}
@@ -224,12 +234,13 @@ def _draw_series(files: Mapping[str, FileNumbers], numbers: Mapping[str, Measure
             if slope := numbers.get(f"{begin}friction_slope"):
                 intercept = numbers[f"{begin}friction_intercept"].value
                 ends = np.array([0.0, float(loads.max())])
-                label = f"{intercept:.3g} N + {slope.value:.3g} W"
+                label = line_equation(slope.value, intercept)
                 axes.plot(ends, intercept + slope.value * ends, color=color, label=label)
-        if not drawn:
+        if not drawn_loads:
             raise Refusal(
                 '--picture: friction of several files is drawn over their loads; needs --load, as "2 N", for each'
             )
-        axes.set(xlabel="normal load W (N)", ylabel="friction (N)")
+        label_axis(axes.xaxis, "normal load W", drawn_loads, "N")
+        label_axis(axes.yaxis, "friction", drawn_forces, "N")
         shared.legend(figure)
         return shared.image(figure, form)

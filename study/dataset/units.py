@@ -94,7 +94,13 @@ def total_load(dataset: xr.Dataset, scales: Scales) -> xr.DataArray:
 
 
 def prefix_factor(values: Any, unit: str) -> tuple[float, str]:
-    """Factor from an SI unit to that with the prefix that suits the largest of some numbers, and its name."""
+    """Factor from an SI unit to that with the prefix that suits the largest of some numbers, and its name.
+
+    A unit that takes no prefix stays; that of a ratio has no name.
+    """
+    if unit not in PREFIXED:
+        return 1.0, "" if unit == "1" else as_written(unit)
+    values = np.asarray(values)
     sizes = np.abs(values[np.isfinite(values)])
     return axis_unit(float(sizes.max(initial=0.0)), as_written(unit))
 

@@ -246,7 +246,7 @@ MEASURES: Final = {
     "W/(L_x·L_y)": "Pa",
 }
 """Measure of a variable -> unit of its size in SI."""
-PREFIXED: Final = frozenset({"m", "s", "m s-1", "N", "N m-1", "Pa", "J", "W", "kg", "Hz"})
+PREFIXED: Final = frozenset({"m", "s", "m s-1", "N", "N m-1", "N s-1", "Pa", "J", "W", "kg", "Hz"})
 """Units that people write with prefixes."""
 
 

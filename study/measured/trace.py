@@ -46,11 +46,18 @@ from nanoslip.study.measured.slips import (
 )
 
 
+class Amount(NamedTuple):
+    """Number with its SI unit."""
+
+    value: float
+    unit: str
+
+
 class TraceFlag(NamedTuple):
     """Fact that a reader of the numbers should know, by name, and the numbers that it concerns."""
 
     name: str
-    facts: dict[str, float | str]
+    facts: dict[str, float | Amount]
 
 
 class StrokeSpan(NamedTuple):
@@ -141,7 +148,7 @@ def _load_line_numbers(trace: Trace, load: Floats) -> TraceNumbers:
         raise InvalidInput(
             f"normal load = {low:.4g} to {high:.4g} N: needs one load for strokes of both signs; --from, --to"
         )
-    flag = TraceFlag("load_changes", {"low": low, "high": high})
+    flag = TraceFlag("load_changes", {"low": Amount(low, "N"), "high": Amount(high, "N")})
     return TraceNumbers(friction_over_load(load, trace.force), (), (flag,))
 
 
@@ -159,11 +166,10 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
         rate = drift.value
         trace = trace.subtract(0.0, rate)
         middle, strokes = cut_at_middle(trace.force)
-        units = _units(trace, pull)
-        force_unit = "N " if pull.unit == "N" else ""
-        numbers["force_drift"] = drift._replace(unit=f"{force_unit}{units['over']}-1")
+        unit = _rate_unit(trace, pull)
+        numbers["force_drift"] = drift._replace(unit=unit)
         few = "few_" if len(strokes) == 2 else ""
-        flags.append(TraceFlag(f"{few}strokes_drift", {"rate": rate, **units}))
+        flags.append(TraceFlag(f"{few}strokes_drift", {"rate": Amount(rate, unit)}))
     parts = [trace.part(stroke.first, stroke.last, stroke.sign, middle) for stroke in strokes]
     found = [_pull_numbers(part, pull) for part in parts]
     names: dict[str, str] = {}
@@ -194,8 +200,7 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     elastic = not FRICTIONS & numbers.keys() and _is_triangle(trace.force - offset)
     if (elastic and state != "slides") or state in ("partial_slip", "sticks"):
         largest = float(np.abs(trace.force - offset).max())
-        units = _units(trace, pull)
-        flags.append(TraceFlag("nothing_slides", {"force": largest, **units}))
+        flags.append(TraceFlag("nothing_slides", {"force": Amount(largest, pull.unit)}))
         # Friction of what never slides would be that of the stage's turn.
         numbers = {name: numbers[name] for name in ("force_drift", "force_offset") if name in numbers}
         unlike = {}
@@ -227,7 +232,7 @@ def _loop_flags(trace: Trace, loops: Loops | None) -> Iterator[TraceFlag]:
         yield TraceFlag(f"loop_{loops.state}", {"ratio": ratio, "least": SLIDES_FROM})
     factor = coverage_factor(loops.freedom)
     if factor > FEW_TIMES:
-        facts: dict[str, float | str] = {"strokes": len(loops.strokes), "freedom": loops.freedom, "factor": factor}
+        facts: dict[str, float | Amount] = {"strokes": len(loops.strokes), "freedom": loops.freedom, "factor": factor}
         yield TraceFlag("few_strokes", facts)
     if loops.stretching > MIDDLE[0]:
         yield TraceFlag("short_stroke", {"share": loops.stretching, "middle": MIDDLE[0]})
@@ -313,7 +318,8 @@ def _pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     last_trough = averages.slips[-1].trough
     level = float(np.median(averages.trace.force[last_trough:]))
     at = float(averages.trace.at[end])
-    ends = TraceFlag("pull_ends", {"at": at, "level": level, **_units(trace, pull)})
+    facts: dict[str, float | Amount] = {"at": Amount(at, _place_unit(trace)), "level": Amount(level, pull.unit)}
+    ends = TraceFlag("pull_ends", facts)
     return replace(found, flags=(ends, *found.flags))
 
 
@@ -332,7 +338,7 @@ def _ringing_numbers(trace: Trace, width: int, pull: _Pull) -> TraceNumbers:
         numbers["static_friction"] = static._replace(uncertainty=uncertainty)
     for name in numbers.keys() & {"spring_force_amplitude", "natural_period", "damping_ratio"}:
         numbers[name] = numbers[name]._replace(uncertainty=math.nan)
-    flag = TraceFlag("cell_rings", {"period": period, **_units(trace, pull)})
+    flag = TraceFlag("cell_rings", {"period": Amount(period, _place_unit(trace))})
     return replace(found, numbers=numbers, flags=(flag, *found.flags))
 
 
@@ -374,7 +380,7 @@ def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
             ringing = ring_down(at, force, begin_of_rise(force, peaks[0]), peaks, level)
             peak = float(force[peaks[0]])
             # The first peak has the inertia of a pin that overshoots: it is shown, and is no friction.
-            flags.append(TraceFlag("inertia", {"peak": peak, **_units(trace, pull)}))
+            flags.append(TraceFlag("inertia", {"peak": Amount(peak, pull.unit)}))
             if ringing:
                 numbers["static_friction"] = Measured(*ringing, 1, pull.unit)
                 broken = min(ringing.force, peak)
@@ -457,7 +463,7 @@ def _sliding(trace: Trace, averages: Averaged, pull: _Pull, flags: list[TraceFla
         flags.append(TraceFlag("undersampled", {"samples": period}))
         return {**static, "mean_force": value}
     name = "slides" if static else "no_stick_slip"
-    flags.append(TraceFlag(name, {"from": start, **_units(trace, pull)}))
+    flags.append(TraceFlag(name, {"from": Amount(start, _place_unit(trace))}))
     return {**static, "kinetic_friction": value}
 
 
@@ -494,9 +500,14 @@ def samples_in_period(force: Floats) -> float:
     return len(force) / (int(power.argmax()) + 1.0)
 
 
-def _units(trace: Trace, pull: _Pull) -> dict[str, float | str]:
-    unit = "" if pull.unit == "1" else f" {pull.unit}"
-    return {"unit": unit, "over": "s" if trace.over == "time" else "m"}
+def _place_unit(trace: Trace) -> str:
+    return "s" if trace.over == "time" else "m"
+
+
+def _rate_unit(trace: Trace, pull: _Pull) -> str:
+    """Unit of a force, or coefficient, over time or displacement."""
+    force_unit = "" if pull.unit == "1" else f"{pull.unit} "
+    return f"{force_unit}{_place_unit(trace)}-1"
 
 
 def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Measured]:
@@ -559,22 +570,23 @@ def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dic
 
 def _noise_flags(averages: Averaged, pull: _Pull) -> Iterator[TraceFlag]:
     """Flags of the samples."""
-    force, units = averages.trace.force, _units(averages.trace, pull)
+    force = averages.trace.force
     begins = float(force[0])
     if averages.width > 1:
         yield TraceFlag("averaged", {"width": averages.width})
     if count := int(averages.gaps.sum()):
         longest = float(np.diff(averages.trace.at)[averages.gaps].max())
-        yield TraceFlag("gaps", {"count": count, "longest": longest, **units})
+        yield TraceFlag("gaps", {"count": count, "longest": Amount(longest, _place_unit(averages.trace))})
     if abs(begins) > max(NOISE * averages.noise, 0.02 * float(force.max())):
-        yield TraceFlag("offset", {"begins": begins, **units})
+        yield TraceFlag("offset", {"begins": Amount(begins, pull.unit)})
     if NOISE * averages.noise > averages.drop:
-        yield TraceFlag("noise", {"least": NOISE * averages.noise, **units})
+        least = NOISE * averages.noise
+        yield TraceFlag("noise", {"least": Amount(least, pull.unit)})
 
 
 def _fit_flags(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterator[TraceFlag]:
     """Flags of the cycles."""
-    cycles, units = fitted.cycles, _units(averages.trace, pull)
+    cycles = fitted.cycles
     if fitted.unlike:
         name = "unlike_cycles" if cycles else "unlike_model"
         yield TraceFlag(name, {"count": len(fitted.unlike)})
@@ -585,11 +597,10 @@ def _fit_flags(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterato
     if not fitted.damping.of and not fitted.given:
         yield TraceFlag("no_damping", {"samples": RESOLVED})
     if fitted.cell:
-        period = 2.0 * math.pi / fitted.cell.frequency
-        ratio = fitted.cell.damping
-        yield TraceFlag("cell_fitted", {"period": period, "damping": ratio, **units})
+        period = Amount(2.0 * math.pi / fitted.cell.frequency, _place_unit(averages.trace))
+        yield TraceFlag("cell_fitted", {"period": period, "damping": fitted.cell.damping})
     if misfit := fitted.estimate_shared_errors().static:
-        yield TraceFlag("misfit", {"error": misfit, **units})
+        yield TraceFlag("misfit", {"error": Amount(misfit, pull.unit)})
     if fitted.samples < RESOLVED:
         yield TraceFlag("few_samples", {"samples": fitted.samples})
     static = np.array([cycle.driving for cycle in cycles])
@@ -600,10 +611,11 @@ def _fit_flags(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterato
         return
     later = static[1:]
     if static[0] - later.mean() > max(SIGNIFICANT_CHANGE * later.std(ddof=1), least):
-        yield TraceFlag("first_slip", {"force": float(static[0]), **units})
+        yield TraceFlag("first_slip", {"force": Amount(float(static[0]), pull.unit)})
     # Without the first slip, which would make a slope of its own rest.
     starts = [cycle.start for cycle in cycles]
     line = scipy.stats.linregress(starts[1:], later)
     least_slope = least / (starts[-1] - starts[0])
     if abs(line.slope) > max(SIGNIFICANT_CHANGE * line.stderr, least_slope):
-        yield TraceFlag("drift", {"rate": float(line.slope), **units})
+        rate = Amount(float(line.slope), _rate_unit(averages.trace, pull))
+        yield TraceFlag("drift", {"rate": rate})

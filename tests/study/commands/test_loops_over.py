@@ -90,7 +90,7 @@ def test_both_loops_stand_in_one_table_of_80_columns_and_one_picture(
     rows = [line.split() for line in out.splitlines()]
     (energy,) = [row for row in rows if row[:1] == ["cycle_energy"]]
     assert energy.count("±") == 2
-    assert energy[-1] == "J"
+    assert energy[-1] == "μJ"
     assert "computed" in picture.read_text()
 
 

@@ -56,7 +56,7 @@ def test_a_cell_that_rings_after_each_slip_is_found_and_its_ringing_is_no_part_o
     """Taken for the pin's, that of 150 Hz and Q = 5 made μ_s 68, μ_k 28 and ζ 25 of their ± wrong."""
     found = measured(seen_by_cell(stick_slip_force(), frequency, quality))
     flags = {flag.name: flag.facts for flag in found.flags}
-    assert flags["cell_fitted"]["period"] == pytest.approx(1.0 / frequency, rel=0.05)
+    assert flags["cell_fitted"]["period"].value == pytest.approx(1.0 / frequency, rel=0.05)
     assert flags["cell_fitted"]["damping"] == pytest.approx(0.5 / quality, rel=0.2)
     assert "misfit" not in flags
     for name, truth in TRUE.items():

@@ -85,8 +85,8 @@ def test_noise_offset_and_uneven_times_leave_it_within_its_uncertainty() -> None
     assert not measure_trace(trace, LOAD).flags
     shifted = Trace(trace.at, trace.force + 3.0 + 2.0 * (trace.at - trace.at[0]), "time")
     flags = {flag.name: flag.facts for flag in measure_trace(shifted, LOAD).flags}
-    assert flags["offset"]["begins"] == pytest.approx(0.03, abs=0.01)
-    assert flags["drift"]["rate"] == pytest.approx(0.02, rel=0.2)
+    assert flags["offset"]["begins"].value == pytest.approx(0.03, abs=0.01)
+    assert flags["drift"]["rate"].value == pytest.approx(0.02, rel=0.2)
     within(measure_trace(shifted.subtract(3.0, 2.0), LOAD), "static_friction", STATIC, 4.0)
 
 
