@@ -25,7 +25,7 @@ from nanoslip.study.measured.columns import file_text
 from nanoslip.study.measured.events import EventUnits, event_numbers, events_as_csv, find_events
 from nanoslip.study.measured.means import Measured
 from nanoslip.study.measured.over_load import has_changing_load
-from nanoslip.study.measured.recording import Trace, TraceOptions, TraceSource, read_trace
+from nanoslip.study.measured.recording import Trace, TraceOptions, TraceSource, find_gaps, read_trace
 from nanoslip.study.measured.trace import Amount, TraceFlag, TraceNumbers, measure_trace
 from nanoslip.study.report.console import Table, note, print_sentences, print_table, whole
 from nanoslip.study.results.store import write_files
@@ -428,6 +428,7 @@ def draw(
     quantity, unit = ("F/W", "1") if trace.unit == "1" or math.isfinite(load) else ("force", "N")
     drift = found.drift * (trace.at - trace.at[0])
     force = trace.force / per - found.offset - drift
+    place, line_of_force = break_at_gaps(trace.at, trace.at, force)
     middle = found.cycles[len(found.cycles) // 2] if found.cycles else None
     below = bool(middle) or found.loops is not None
     with shared.column(4.4 if below else 2.4, shared.PAGE) as figure:
@@ -443,7 +444,7 @@ def draw(
         for axes, marker in zip(panels[: 2 if middle else 1], (",", "."), strict=False):
             look = {"marker": marker, "markersize": 2.0, "linewidth": 0.5}
             look["color"] = shared.COLORS[5]
-            axes.plot(trace.at, force, label="measured", **look)
+            axes.plot(place, line_of_force, label="measured", **look)
             for number, cycle in enumerate(found.cycles):
                 name = "Eq. 16-19" if not number else None
                 line: dict[str, Any] = {"color": shared.COLORS[1], "linewidth": 1.0}
@@ -460,7 +461,7 @@ def draw(
             room = 0.1 * (most - least)
             panels[1].set(xlim=(begin, end), ylim=(least - room, most + room))
         elif found.loops is not None:
-            _draw_loops(panels[1], found, computed_loops)
+            _draw_loops(panels[1], trace.at, found, computed_loops)
             label_axis(panels[1].yaxis, _less(quantity, found), force, unit)
         # Below loops, which have a position of their own, the axis of the trace is that of the upper panel.
         has_loops_below = found.loops is not None and not middle
@@ -470,8 +471,18 @@ def draw(
         return shared.image(figure, form)
 
 
-def _draw_loops(axes: Any, found: TraceNumbers, computed: ComputedLoops | None) -> None:
-    """Measured loops, and computed ones, each about the middle of its way; of a path both over the place of the contact."""
+def break_at_gaps(at: Floats, *columns: Floats) -> list[Floats]:
+    """Columns with a NaN where nothing was recorded, so that no line is drawn there. at: time or way of each sample (n,)."""
+    # Of a cycle of no length any part counts.
+    gaps = np.flatnonzero(find_gaps(at, 0.0)) + 1
+    return [np.insert(column, gaps, math.nan) for column in columns]
+
+
+def _draw_loops(axes: Any, at: Floats, found: TraceNumbers, computed: ComputedLoops | None) -> None:
+    """Measured loops, and computed ones, each about the middle of its way; of a path both over the place of the contact.
+
+    at: time or way of each measured sample.
+    """
     assert found.loops is not None
     machine = computed.machine if computed else 0.0
     # A rig between stage and contact shears the loop: its points are shifted by F/k.
@@ -484,7 +495,7 @@ def _draw_loops(axes: Any, found: TraceNumbers, computed: ComputedLoops | None) 
         axes.plot(place - _middle(place), computed.loops.force, label=label, **wide)
     thin: dict[str, Any] = {"linewidth": 0.5, "color": shared.COLORS[5]}
     label = f"measured, {_energy_text(found.numbers)}"
-    axes.plot(way, found.loops.force, label=label, **thin)
+    axes.plot(*break_at_gaps(at, way, found.loops.force), label=label, **thin)
     if computed:
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     _draw_levels(axes, found)

@@ -1,6 +1,7 @@
 """Nothing is known of a gap in a trace: no recurrence, no stick, no fall, no loop spans one."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,8 @@ def test_a_gap_changes_no_number_of_stick_slip_by_more_than_its_uncertainty(gaps
 def test_a_gap_is_a_fact_on_the_answer_and_even_or_random_samples_have_none() -> None:
     whole, lacking = gapped(GAPS["a period and more"])
     (flag,) = (flag for flag in measure_trace(lacking, LOAD).flags if flag.name == "gaps")
-    assert (flag.facts["count"], flag.facts["longest"]) == (1, pytest.approx(0.33, abs=2e-3))
+    assert flag.facts["count"] == 1
+    assert flag.facts["longest"] == (pytest.approx(0.33, abs=2e-3), "s")
     random = np.sort(np.random.default_rng(2).choice(len(whole.at), 1000, replace=False))
     for trace in (whole, Trace(whole.at[random], whole.force[random], "time")):
         assert "gaps" not in measure_trace(trace, LOAD).flagged
@@ -73,6 +75,20 @@ def test_lost_lines_of_a_file_and_empty_ones_say_the_same(main: Main, tmp_path: 
         assert "gap" in said
     numbers = [measure_trace(trace, LOAD).numbers for trace in found.values()]
     assert numbers[0] == numbers[1]
+
+
+def test_a_picture_has_no_line_across_a_gap(main: Main, tmp_path: Path) -> None:
+    """Loops recorded at 500 Hz over 8 s, but for 1.2 s: both panels' lines had a chord there."""
+    time = np.arange(0.0, 8.0, 2e-3)
+    place = 0.5e-3 * np.sin(np.pi * time)
+    force = np.tanh(20.0 * np.cos(np.pi * time)) + 1e-3 * np.random.default_rng(1).standard_normal(len(time))
+    kept = (time < 3.2) | (time > 4.4)
+    rows = np.column_stack([time, place, force])[kept]
+    np.savetxt(tmp_path / "lab.csv", rows, header="t [s],x [m],F [N]", comments="", delimiter=",", fmt="%.6e")
+    picture = tmp_path / "lab.svg"
+    assert main("trace", tmp_path / "lab.csv", "--load", "2 N", "-o", picture)[0] == 0
+    lines = [path for path in re.findall(r' d="([^"]*)"', picture.read_text()) if path.count("L") > 500]
+    assert [line.count("M") for line in lines] == [2, 2]
 
 
 def test_teeth_that_no_fit_describes_have_their_own_period_on_both_sides_of_a_gap() -> None:
