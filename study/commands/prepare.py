@@ -71,8 +71,8 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
     if target.is_dir():
         target /= f"{starter}.toml"
     source = found[starter]
-    # The files that a starter names are those of its name.
-    beside = [path for path in source.parent.glob(f"{source.stem}.*") if path != source]
+    # The files that a starter names begin with its name: trace.csv, trace_over_load.csv.
+    beside = sorted(path for path in source.parent.glob(f"{source.stem}[._]*") if path != source)
     copies = {source: target}
     copies |= {path: target.with_name(path.name) for path in beside}
     existing = [str(copy) for copy in copies.values() if copy.exists()]
@@ -82,7 +82,8 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
     contents = {copy: path.read_bytes() for path, copy in copies.items()}
     write_files(contents)
     check, run = whole(f"nanoslip check {target}"), whole(f"nanoslip run {target}")
-    note(f"{whole(f'written: {target}')}; change it, then: {check}; {run}")
+    written = ", ".join(str(copy) for copy in copies.values())
+    note(f"{whole(f'written: {written}')}; change {target.name}, then: {check}; {run}")
 
 
 # `nanoslip check`: every problem of campaign files, or what each would compute in a line.

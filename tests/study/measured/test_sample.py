@@ -1,4 +1,7 @@
-"""The sample recording that `nanoslip new trace` writes: stick-slip in closed form, whose numbers are found again."""
+"""The sample recordings that `nanoslip new trace` writes: stick-slip in closed form, and friction over a load that rises.
+
+Their numbers are found again.
+"""
 
 import json
 import math
@@ -33,8 +36,24 @@ def recording() -> str:
     return "".join(["t [s],F [mN],W [mN]\n", *rows])
 
 
+SLOPE, INTERCEPT = 0.25, 5e-3
+"""Friction over load, and friction without load in N."""
+
+
+def recording_over_load() -> str:
+    """The text of the other sample: 30 s of sliding at 20 Hz, under a load that rises to 0.2 N, with noise of 0.1 mN."""
+    time = np.arange(600) / 20.0
+    load = np.linspace(0.02, 0.2, len(time))
+    force = INTERCEPT + SLOPE * load + 1e-4 * np.random.default_rng(2).standard_normal(len(time))
+    columns = zip(time, 1e3 * force, 1e3 * load, strict=True)
+    rows = [f"{t:.2f},{f:.2f},{w:.2f}\n" for t, f, w in columns]
+    return "".join(["t [s],F [mN],W [mN]\n", *rows])
+
+
 def test_the_sample_is_the_closed_form_with_noise():
     assert starters()["trace"].with_suffix(".csv").read_text("utf-8") == recording()
+    over_load = starters()["trace"].with_name("trace_over_load.csv")
+    assert over_load.read_text("utf-8") == recording_over_load()
 
 
 def test_the_numbers_of_the_sample_are_found_within_three_of_their_errors(main, tmp_path, monkeypatch):
@@ -53,3 +72,21 @@ def test_the_numbers_of_the_sample_are_found_within_three_of_their_errors(main, 
         number = found[name]
         assert number["value"] == pytest.approx(value, abs=3.0 * number["uncertainty"]), name
         assert number["value"] == pytest.approx(value, rel=1e-2), name
+
+
+def test_the_line_of_the_other_sample_is_found_within_three_of_its_errors(main, tmp_path, monkeypatch):
+    """In its table, too, and in mN, as a campaign of this load has its forces."""
+    monkeypatch.chdir(tmp_path)
+    assert main("new", "trace")[0] == 0
+    code, said, _ = main("trace", "trace_over_load.csv", "--json")
+    found = json.loads(said)
+    assert (code, found["flags"]) == (0, ["load_changes"])
+    for name, value in (("friction_slope", SLOPE), ("friction_intercept", INTERCEPT)):
+        number = found[name]
+        assert number["value"] == pytest.approx(value, abs=3.0 * number["uncertainty"]), name
+        assert number["value"] == pytest.approx(value, rel=1e-2), name
+    rows = [line.split() for line in main("trace", "trace_over_load.csv")[1].splitlines()]
+    (intercept,) = [row for row in rows if row[:1] == ["friction_intercept"]]
+    milli = 1e3 * found["friction_intercept"]["value"]
+    assert float(intercept[intercept.index("±") - 1]) == pytest.approx(milli, rel=1e-2)
+    assert "mN" in intercept
