@@ -22,6 +22,7 @@ class Kernel:
         self.entry = entry
         # Numba inlines what has these two attributes of its own, and the option inline="always".
         self.py_func, self.allocates = function, allocates
+        # A wrapper takes time to compile: one for Python only where it calls the kernel, one for C nowhere.
         self.targetoptions = {"no_cpython_wrapper": not entry, "no_cfunc_wrapper": True, **options}
 
     @cached_property
@@ -43,7 +44,7 @@ class Kernel:
             raise error.__cause__ or error from None
 
 
-def compiled(*, allocates: bool = False, entry: bool = False, **options: Any) -> Callable[[Function], Function]:
+def declare_kernel(*, allocates: bool = False, entry: bool = False, **options: Any) -> Callable[[Function], Function]:
     """Decorator: numba's `njit` without the interpreter's lock, with further `options`, and kept on disk.
 
     allocates: whether the kernel makes or returns arrays or lists. Only then are references to arrays counted, which
@@ -51,11 +52,11 @@ def compiled(*, allocates: bool = False, entry: bool = False, **options: Any) ->
     entry: whether Python, or a test, may call the kernel, which takes longer to compile then.
     """
 
-    def declared(function: Function) -> Function:
+    def declare(function: Function) -> Function:
         kernel: Any = Kernel(function, allocates, entry, options)
         return kernel  # type: ignore[no-any-return]
 
-    return declared
+    return declare
 
 
 def reporting_compilation(tell: Callable[[], object]) -> AbstractContextManager[None]:

@@ -36,6 +36,7 @@ def find_dispatcher(function: Callable[..., object], allocates: bool, options: d
     """
     internal = options["no_cpython_wrapper"]
     compiler = _PartCompiler if internal else Compiler
+    # Without the interpreter's lock: a thread that reports progress goes on while a kernel runs.
     dispatcher: Any = njit(**{"nogil": True, "_nrt": allocates, **options}, pipeline_class=compiler)(function)
     if dispatcher is function:
         raise RuntimeError("NUMBA_DISABLE_JIT: needs to be unset, as kernels work on numba's records")
@@ -60,6 +61,7 @@ def kernel_imports(folder: Path) -> list[Path]:
     """The kernel files of a folder and of all from which they import, and what compiles them; all files for another folder."""
     every = sorted(path for files in KERNEL_FILES for path in _PACKAGE.glob(files))
     found, new = set[Path](), {folder}
+    # Until no import leads to another folder: what a kernel calls may itself call further.
     while new:
         found |= new
         text = "\n".join(path.read_text("utf-8") for path in every if path.parent in new)

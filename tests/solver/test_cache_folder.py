@@ -7,7 +7,7 @@ import numba
 import pytest
 
 from nanoslip.solver.cache_folder import UnsafeFolderError, private_folders, require_own_folder
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 
 STRANGER = 65534
 
@@ -32,7 +32,7 @@ def kept(folder: Path) -> list[Path]:
 def test_a_folder_of_ones_own_keeps_kernels_and_is_writable_to_nobody_else(folder, umask):
     before = os.umask(umask)
     try:
-        assert compiled(entry=True)(doubled)(3.0) == 6.0
+        assert declare_kernel(entry=True)(doubled)(3.0) == 6.0
     finally:
         assert os.umask(before) == umask
     assert kept(folder)
@@ -44,7 +44,7 @@ def test_a_folder_that_others_may_write_is_named_once_and_not_used(folder, mode)
     folder.mkdir()
     folder.chmod(mode)
     with pytest.warns(RuntimeWarning, match=f"{folder}: .*chmod go-w") as said:
-        assert [compiled(entry=True)(doubled)(3.0) for _ in range(2)] == [6.0, 6.0]
+        assert [declare_kernel(entry=True)(doubled)(3.0) for _ in range(2)] == [6.0, 6.0]
     assert len(said) == 1
     assert not kept(folder)
 
@@ -54,7 +54,7 @@ def test_a_folder_of_another_user_is_named_and_not_used(folder):
     folder.mkdir()
     os.chown(folder, STRANGER, STRANGER)
     with pytest.warns(RuntimeWarning, match="another user; set NUMBA_CACHE_DIR"):
-        assert compiled(entry=True)(doubled)(3.0) == 6.0
+        assert declare_kernel(entry=True)(doubled)(3.0) == 6.0
     assert not kept(folder)
 
 

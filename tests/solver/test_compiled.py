@@ -19,7 +19,7 @@ import pytest
 from numpy.typing import NDArray
 
 from nanoslip import solver
-from nanoslip.solver.compiled import Kernel, compiled, reporting_compilation
+from nanoslip.solver.compiled import Kernel, declare_kernel, reporting_compilation
 from nanoslip.solver.compiling import KERNEL_FILES, kernel_imports
 from nanoslip.solver.contact.kernels.state import first_root
 from nanoslip.solver.last import cache_last
@@ -32,9 +32,9 @@ WATCHED = sorted(path for files in KERNEL_FILES for path in PACKAGE.glob(files))
 CALLEE, CONSTANT = (
     (
         """
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 from nanoslip.solver.dynamics.kernels.motion import Motion, PinState, make_segment
-kernel = compiled(entry=True)(make_segment.py_func)
+kernel = declare_kernel(entry=True)(make_segment.py_func)
 value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0, 0.1, 0.0), PinState(1.0, 0.5, 0.1, 0.2), 0.3).q
 """,
         *("dynamics/kernels/motion.py", "motion.spring * stretch", "7.0 * motion.spring * stretch"),
@@ -43,9 +43,9 @@ value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0, 0.1, 0.0)
     (
         """
 import numpy as np
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 from nanoslip.solver.sliding.kernels.constant_pressures import _worst_violation
-kernel = compiled(entry=True)(_worst_violation.py_func)
+kernel = declare_kernel(entry=True)(_worst_violation.py_func)
 value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12, -1.0, 1)
 """,
         *("contact/kernels/events.py", "PLACE = 0xFFFF\n", "PLACE = 0xFFFFFFFF\n"),
@@ -223,7 +223,7 @@ def test_an_interrupt_while_a_kernel_runs_is_an_interrupt():
     def interrupted():
         raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
 
-    kernel = compiled(entry=True)(interrupted)
+    kernel = declare_kernel(entry=True)(interrupted)
     vars(kernel)["dispatcher"] = interrupted
     with pytest.raises(KeyboardInterrupt):
         kernel()

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 from nanoslip.solver.contact.kernels.pivots import note_meetings
 from nanoslip.solver.contact.kernels.state import (
     BLUR,
@@ -34,7 +34,7 @@ REFRESH_CHANGES = 64
 """Touches and releases after which response and rate are summed afresh."""
 
 
-@compiled(entry=True)
+@declare_kernel(entry=True)
 def pivot(state: KernelState, i: int) -> bool:
     """Exchange inputs and responses of node i (a principal pivot with a 2 × 2 block); False where the block is singular."""
     n = len(state.x)
@@ -44,7 +44,9 @@ def pivot(state: KernelState, i: int) -> bool:
     if scalars.pivots == len(pivots.nodes):
         follow_all(state)
     follow_pivots(state, i)
-    a, b, c, d = t[p, p], t[q, p], t[p, q], t[q, q]  # the block itself is [[a, b], [c, d]]: storage is transposed
+    # The block itself is [[a, b], [c, d]]: storage is transposed.
+    a, b = t[p, p], t[q, p]
+    c, d = t[p, q], t[q, q]
     determinant = a * d - b * c
     scale = abs(a * d) + abs(b * c)
     # A difference of two products keeps no digit below some dozens of machine epsilon. NaN counts as singular too.
@@ -54,9 +56,12 @@ def pivot(state: KernelState, i: int) -> bool:
     ia, ib, ic, id_ = d / determinant, -b / determinant, -c / determinant, a / determinant
     row_p, row_q, k = t[p], t[q], scalars.pivots
     pivots.nodes[k] = i
-    pivots.inverses[k, 0], pivots.inverses[k, 1], pivots.inverses[k, 2], pivots.inverses[k, 3] = ia, ib, ic, id_
+    inverse = pivots.inverses[k]
+    inverse[0], inverse[1] = ia, ib
+    inverse[2], inverse[3] = ic, id_
     for j in range(t.shape[1]):
-        pivots.rows[k, 0, j], pivots.rows[k, 1, j] = row_p[j], row_q[j]
+        pivots.rows[k, 0, j] = row_p[j]
+        pivots.rows[k, 1, j] = row_q[j]
     if state.plane is not None:
         note_meetings(pivots, k, n)
     scalars.pivots = k + 1
@@ -65,7 +70,9 @@ def pivot(state: KernelState, i: int) -> bool:
     for j in range(2 * n + 1):  # whole rows at once would take numba longer to compile
         first, second = row_p[j], row_q[j]
         row_p[j], row_q[j] = ia * first + ic * second, ib * first + id_ * second
-    t[p, p], t[p, q], t[q, p], t[q, q] = ia, ic, ib, id_
+    # The loop has run over the block too and left the unit matrix there, where A⁻¹ belongs.
+    t[p, p], t[p, q] = ia, ic
+    t[q, p], t[q, q] = ib, id_
     for row in (p, q):
         state.inputs[row], state.response[row] = state.response[row], state.inputs[row]
     state.contact[i] = not state.contact[i]
@@ -76,7 +83,7 @@ def pivot(state: KernelState, i: int) -> bool:
     return True
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def displace(y: Floats, tableau: Floats, inputs: Floats, i: int, along: float, down: float) -> float:
     """Displace contact node i by (along, down); returns the work ∫ f·du that its forces do on the slab."""
     j = len(y) // 2 + i
@@ -88,7 +95,7 @@ def displace(y: Floats, tableau: Floats, inputs: Floats, i: int, along: float, d
     return float(0.5 * ((before_x + y[i]) * along + (before_z + y[j]) * down))
 
 
-@compiled(entry=True)
+@declare_kernel(entry=True)
 def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
     """Move contact nodes that the rounding of many slips has lifted off the pin back onto it; whether there were any."""
     n, moved = len(state.x), False
@@ -104,7 +111,7 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
     return moved
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _refresh_after_changes(state: KernelState) -> None:
     """Recompute response, rate and equilibrium residual from time to time, after changes of the contact."""
     state.scalars.changes_since_refresh += 1
@@ -118,19 +125,21 @@ def _refresh_after_changes(state: KernelState) -> None:
     state.scalars.residual = max(state.scalars.residual, equilibrium_residual(state))
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _release(state: KernelState, i: int) -> bool:
     """Release node i: its forces fall to zero, its displacements follow."""
     if not pivot(state, i):
         return False
     n, y, rate = len(state.x), state.response, state.rate
     j = n + i
-    force_x, force_z, before_x, before_z = state.inputs[i], state.inputs[j], y[i], y[j]
+    force_x, force_z = state.inputs[i], state.inputs[j]
+    before_x, before_z = y[i], y[j]
     # The pivot alone moves nothing: it only makes the forces inputs, which can be taken away.
     add_two_rows(y, state.tableau, i, -force_x, j, -force_z)
     state.inputs[i], state.inputs[j] = 0.0, 0.0
     # Forces that fall to 0 in proportion to the displacement do half of the work of constant ones.
-    state.scalars.dissipated -= 0.5 * (force_x * (y[i] - before_x) + force_z * (y[j] - before_z))
+    constant_work = force_x * (y[i] - before_x) + force_z * (y[j] - before_z)
+    state.scalars.dissipated -= 0.5 * constant_work
     # The rate is a response like any other: its forces are taken away, the node's own rates were those of the pin.
     rate_x, rate_z = rate[i], rate[j]
     rate[i], rate[j] = state.scalars.pin_rate, 0.0
@@ -139,7 +148,7 @@ def _release(state: KernelState, i: int) -> bool:
     return True
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _touch(state: KernelState, constants: KernelConstants, i: int) -> bool:
     """Bring node i into contact, stuck where it is; a penetration is pushed back along z."""
     j = len(state.x) + i
@@ -147,7 +156,8 @@ def _touch(state: KernelState, constants: KernelConstants, i: int) -> bool:
     height = pin_height(constants, i, state.x[i] + state.response[i] - state.scalars.displacement)
     if not pivot(state, i):
         return False
-    state.scalars.dissipated -= displace(state.response, state.tableau, state.inputs, i, 0.0, height - state.inputs[j])
+    lift = height - state.inputs[j]
+    state.scalars.dissipated -= displace(state.response, state.tableau, state.inputs, i, 0.0, lift)
     rate_x, rate_z = state.rate[i], state.rate[j]
     # A free node's forces stay 0 while it moves; from now on it moves with the pin, and they change.
     state.rate[i], state.rate[j] = 0.0, 0.0
@@ -167,6 +177,7 @@ CREATED = 1e-14
 """Energy that rounding may create in one event, as a share of W²/G, the load times the displacement that it
 causes."""
 
+# 16 bits number 65,536 nodes: a tableau of as many, (2n + 1)² numbers, would take 137 GB.
 PLACE = 0xFFFF
 """Lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties."""
 TIE = 2.0**-36
@@ -175,43 +186,43 @@ HALF_PLACE = PLACE // 2 + 1
 """Added to a ratio before it is cut: ratios that one cut separates though they are ties, the other does not."""
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def bits(value: float) -> int:
     """A float's bits read as an integer: positive floats keep their order, negative ones stay negative."""
     return int(np.float64(value).view(np.int64))
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def from_front(k: int, n: int, ahead: int) -> int:
     """Node number k of n, counted from 0 at the side ahead."""
     return n - 1 - k if ahead > 0 else k
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def reversing_bits(ahead: int) -> int:
     """Bits that turn a node's number round, so that nodes rank higher further ahead: none if that is to the right."""
     return 0 if ahead > 0 else PLACE
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def rank_ratio(ratio: int, place: int) -> int:
     """The bits of a shear ratio, the lowest of them replaced by the node's place, which is larger further ahead."""
     return (ratio & ~PLACE) | place
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def highest_ranked(cut: int, shifted: int, turned: int) -> int:
     """The node in the largest rank of either cut, or -1 if both are 0. turned: as from `reversing_bits`."""
     return max(cut & PLACE, shifted & PLACE) ^ turned if cut > 0 else -1
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def limit_shear(shear: float, opposite: float) -> float:
     """Shear limited by friction: its magnitude, or its part along the drag (see `SlipConstants.opposite`)."""
     return max(shear, opposite * shear)
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def worst_violation(
     shear: Floats,
     normal: Floats,
@@ -243,7 +254,7 @@ def worst_violation(
     return highest_ranked(cut, shifted, turned), float(np.int64(tension).view(np.float64))
 
 
-@compiled()
+@declare_kernel()
 def largest_tension(state: KernelState, constants: KernelConstants) -> int:
     """The node in contact with the largest tension, of ties the node further ahead, or -1."""
     n = len(state.x)
@@ -256,11 +267,12 @@ def largest_tension(state: KernelState, constants: KernelConstants) -> int:
     return found
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
     """The free node that lies deepest inside the pin, of ties the node further ahead, or -1."""
     n = len(state.x)
     found, deepest = -1, 0.0
+    # The deepest first: its force pushes its neighbours down too, which may take them out of the pin.
     for k in range(n):
         i = from_front(k, n, state.scalars.ahead)
         if not state.contact[i]:
@@ -271,7 +283,7 @@ def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
     return found
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def is_on_steep_flank(state: KernelState, constants: KernelConstants, against_friction: bool) -> bool:
     """True if a node in contact is on a flank steeper than STEEPEST, or than half of its limit over its pressure. There the
     pressure may drive a slip downhill harder than the shear resists, which falls from the limit to zero."""
@@ -290,7 +302,7 @@ def is_on_steep_flank(state: KernelState, constants: KernelConstants, against_fr
     return False
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def driven_downhill(state: KernelState, constants: KernelConstants) -> bool:
     """True if slips have created energy and a node is on a flank that is steep against its friction: they may never end."""
     load = state.inputs[-1]
@@ -299,6 +311,7 @@ def driven_downhill(state: KernelState, constants: KernelConstants) -> bool:
 
 # The cascade: what triggers an event is answered, then the worst violation until none is left.
 
+# 65,536 roundings of 1.1e-16 add up to 3e-14 at random and to 7e-12 at worst.
 REFRESH_SLIPS = 65536
 """Slips after which the response is summed afresh: rounding of a vector sum stays below 1e-12."""
 
@@ -306,7 +319,7 @@ CHANGES_PER_NODE = 20
 """Touches and releases in one cascade, per node, after which they count as a cycle."""
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _refresh_is_downhill(state: KernelState, constants: KernelConstants) -> bool:
     """Sum the response afresh where that is due; whether energy has then come from a flank."""
     if state.scalars.slips_since_refresh < REFRESH_SLIPS:
@@ -315,7 +328,7 @@ def _refresh_is_downhill(state: KernelState, constants: KernelConstants) -> bool
     return driven_downhill(state, constants)
 
 
-@compiled()
+@declare_kernel()
 def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) -> tuple[Stop, EventKind, int]:
     """Slip `first` (if any), then the worst offender, the others held, until none is left or a node must be released.
 
@@ -331,6 +344,8 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
     displacement, opposite = scalars.displacement, constants.slip.opposite
     # The trigger slips unasked: it is at its limit, though rounding may leave its shear a little below.
     node = first
+    # One node at a time: all others are held (model.md, In words, 4), so that a slip is two rows of the
+    # tableau.
     while True:
         if node < 0:
             node, tension = worst_violation(
@@ -361,7 +376,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         node = -1
 
 
-@compiled()
+@declare_kernel()
 def _slip_together(state: KernelState, constants: KernelConstants, first: int) -> tuple[Stop, EventKind, int]:
     """Resolve a cascade in rounds: every offender of a round slips by the distance it would slip alone."""
     n, tolerance, y, displacement = len(state.x), constants.slip.tolerance, state.response, state.scalars.displacement
@@ -407,6 +422,8 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
                 if not abs(along[i]) < np.inf:
                     return Stop.SLIP_UNBOUNDED, EventKind.NOTHING, -1
         # The trigger slips unasked in the first round only.
+        # Each distance ignores that neighbours slip too: what is left over its limit slips again in the next
+        # round.
         left, first = -1, -1
         for i in range(n):
             if along[i] != 0.0:
@@ -422,7 +439,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
             return Stop.DOWNHILL, EventKind.NOTHING, -1
 
 
-@compiled()
+@declare_kernel()
 def _slip_offenders(
     state: KernelState, constants: KernelConstants, first: int, simultaneous: bool | None
 ) -> tuple[Stop, EventKind, int]:
@@ -432,7 +449,7 @@ def _slip_offenders(
     return _slip_together(state, constants, first)
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _change_contact(state: KernelState, constants: KernelConstants, kind: EventKind, i: int) -> Stop:
     """Release node i or bring it into contact; DONE or why not."""
     if kind == EventKind.RELEASE:
@@ -453,14 +470,14 @@ def _change_contact(state: KernelState, constants: KernelConstants, kind: EventK
     return Stop.DONE
 
 
-@compiled(entry=True)
+@declare_kernel(entry=True)
 def resolve_violations(state: KernelState, constants: KernelConstants) -> Stop:
     """The cascade that begins with the worst violation, for Python: to look at the type of a kind takes longer than this."""
     # A literal -1 is a type of its own, for which all of the cascade would be compiled once more.
     return resolve(state, constants, EventKind.NOTHING, np.int64(-1))  # type: ignore[arg-type]
 
 
-@compiled()
+@declare_kernel()
 def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
     """The cascade: answer the trigger (or NOTHING, -1), then the worst violation until none is left: tension, shear, penetration.
 
@@ -488,7 +505,7 @@ def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, nod
             kind = EventKind.TOUCH
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _soundness(state: KernelState, constants: KernelConstants) -> Stop:
     """DONE if the end of a cascade is valid: all numbers are finite (no comparison above detects a NaN), and no node
     is on a flank steeper than STEEPEST."""
@@ -504,7 +521,7 @@ EDGE = 1e-9
 """Relative distance inside a punch's edge at which a node counts as under it."""
 
 
-@compiled()
+@declare_kernel()
 def next_event(state: KernelState, constants: KernelConstants, blur: float) -> tuple[float, EventKind, int]:
     """Smallest step along the path at which a constraint is reached, with its kind and node; infinite if there is none.
 
@@ -515,6 +532,7 @@ def next_event(state: KernelState, constants: KernelConstants, blur: float) -> t
     nearest, kind, node = np.inf, EventKind.NOTHING, -1
     # Slips and releases are cheap to find: once known, no search along a rough pin goes further.
     horizon = _horizon(constants.pin.rise, state, constants.slip.opposite)
+    # All is linear in the step but gaps, which are quadratic: each node has its step in closed form.
     for k in range(n):
         i = from_front(k, n, state.scalars.ahead)
         if state.contact[i]:
@@ -528,7 +546,7 @@ def next_event(state: KernelState, constants: KernelConstants, blur: float) -> t
     return nearest, kind, node
 
 
-@compiled()
+@declare_kernel()
 def _horizon(rise: Rise | None, state: KernelState, opposite: float) -> float:
     """Step beyond which touches are not searched: that of the next slip or release, as a search along a rough pin takes time."""
     nearest = np.inf
@@ -540,7 +558,7 @@ def _horizon(rise: Rise | None, state: KernelState, opposite: float) -> float:
     return float(nearest * (1.0 + 1e-9))  # what comes first by rounding alone is still seen
 
 
-@compiled()
+@declare_kernel()
 def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, EventKind]:
     """Step at which contact node i slips (limited shear = its limit) or is released (pressure = 0)."""
     n = len(state.x)
@@ -563,12 +581,13 @@ def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, 
     return slip, EventKind.SLIP
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _step_to_touch(state: KernelState, constants: KernelConstants, i: int, nearest: float) -> float:
     """Step at which free node i meets the pin: the gap is quadratic in the step. Of no interest beyond `nearest`."""
     n = len(state.x)
     scalars = state.scalars
-    xi, xi_rate = state.x[i] + state.response[i] - scalars.displacement, state.rate[i] - scalars.pin_rate
+    xi = state.x[i] + state.response[i] - scalars.displacement
+    xi_rate = state.rate[i] - scalars.pin_rate
     height, height_rate = state.response[n + i] - constants.across[i], state.rate[n + i]
     if abs(xi) > constants.half_width[i]:
         # Outside a flat punch: the edge arrives, and meets a node that stands above the punch's face.
@@ -581,7 +600,7 @@ def _step_to_touch(state: KernelState, constants: KernelConstants, i: int, neare
     return float(_step_to_profile(pin.curvature, pin.rise, i, xi, xi_rate, height, height_rate, nearest))
 
 
-@compiled(forceinline=True)
+@declare_kernel(forceinline=True)
 def _step_to_profile(
     curvature: float,
     rise: Rise | None,
@@ -611,7 +630,7 @@ def _step_to_profile(
     return float(2.0 * gap / (-linear + np.sqrt(discriminant)))
 
 
-@compiled()
+@declare_kernel()
 def _step_to_rough(
     curvature: float, rise: Rise, i: int, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
 ) -> float:
@@ -620,6 +639,7 @@ def _step_to_rough(
     k = piece_entered(rise.knots, xi, sense)
     here, passed, gap = xi, 0.0, face_height(curvature, rise, i, xi) - height
     quadratic = 0.5 * curvature * xi_rate * xi_rate
+    # From knot to knot as in `_step_to_profile`, where the rise adds its slope to that of the parabola.
     while passed < nearest:
         linear = (curvature * here + rise_slope(rise, i, k)) * xi_rate - height_rate
         far = knot_ahead(rise.knots, k, sense)

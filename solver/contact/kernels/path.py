@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 from nanoslip.solver.contact.kernels.events import driven_downhill, limit_shear, next_event, project_onto_pin, resolve
 from nanoslip.solver.contact.kernels.state import (
     RESIDUAL_LIMIT,
@@ -56,7 +56,7 @@ def empty_events(capacity: int) -> Events:
     return Events(*[np.empty(capacity, kind) for kind in _KINDS])
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def note_trigger(events: Events, e: int, scalars: Scalars, force: float, kind: EventKind, node: int) -> None:
     """Row e of the record as its cascade begins."""
     events.displacement[e] = scalars.displacement
@@ -65,7 +65,7 @@ def note_trigger(events: Events, e: int, scalars: Scalars, force: float, kind: E
     events.node[e] = node
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def note_event(events: Events, e: int, scalars: Scalars, force: float, nodes: int) -> None:
     """Row e of the record once its cascade is over."""
     events.force_after[e] = force
@@ -76,7 +76,7 @@ def note_event(events: Events, e: int, scalars: Scalars, force: float, nodes: in
     events.contact_size[e] = nodes
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def add_slips(total: NDArray[np.int64], node_slips: NDArray[np.int64]) -> int:
     """Add an event's slips of each node, (n,), to the record's totals; returns how many nodes slipped."""
     extent = 0
@@ -98,13 +98,13 @@ OVERSHOOT = 1e-4
 """Shear that may exceed its limit before an event, summed over all nodes, as a share of all limits together."""
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def step_blur(constants: SlipConstants, stiffness: float) -> float:
     """Step that changes no force by more than a tenth of the tolerance: steps that differ by less count as equal."""
     return 0.1 * constants.tolerance / stiffness if stiffness > 0.0 else 0.0
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def smallest_step(constants: SlipConstants, limits: float, stiffness: float, displacement: float) -> float:
     """The event floor as a length, at δ_p = displacement. limits: of all nodes together.
 
@@ -120,7 +120,7 @@ def smallest_step(constants: SlipConstants, limits: float, stiffness: float, dis
     return float(max(constants.event_floor * unit, step_blur(constants, stiffness), least))
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def overshot(constants: SlipConstants, limits: float, overshoot: float, nodes: int) -> bool:
     """True if shear exceeds its limits by too much, summed over all nodes, or is not a number. limits: of all nodes together."""
     return not overshoot <= OVERSHOOT * limits + nodes * constants.tolerance
@@ -136,14 +136,14 @@ CHECK_CHANGES, CHECK_WIDE = 16, 1024
 """Touches and releases, and events, after which the residual of a wide window is computed."""
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _is_due(state: KernelState, event: int) -> bool:
     """True if the equilibrium residual is to be computed after this event, one with changes or the last of CHECK_EVENTS."""
     wide = len(state.x) > WIDE
     return bool(not wide or state.scalars.unchecked >= CHECK_CHANGES or event % CHECK_WIDE == 0)
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def limits_together(state: KernelState, constants: SlipConstants) -> float:
     """Limits of shear of all nodes in contact, summed: μ_i·W, as all of the load is theirs, and their strengths."""
     total = constants.friction_bound
@@ -152,20 +152,22 @@ def limits_together(state: KernelState, constants: SlipConstants) -> float:
     return total
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def stretching(state: KernelState) -> float:
     """Change of shear and its limits per unit step along the path, summed over all nodes."""
     n, stiffness = len(state.x), 0.0
+    # |T_i| - L_i of node i rises by at most |T_i'| + μ_i |N_i'| per step; its strength does not change.
     for i in range(n):
         if state.contact[i]:
             stiffness += abs(state.rate[i]) + state.node_friction[i] * abs(state.rate[n + i])
     return stiffness
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def overshoot(state: KernelState, opposite: float) -> float:
     """Excess of limited shear over its limits, summed over all nodes."""
     n, total = len(state.x), 0.0
+    # NaN, of a free node or one that never slips, is not above 0 and adds nothing.
     for i in range(n):
         borne = state.node_strength[i] - state.active_friction[i] * state.response[n + i]
         excess = limit_shear(state.response[i], opposite) - borne
@@ -173,7 +175,7 @@ def overshoot(state: KernelState, opposite: float) -> float:
     return total
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _floor(state: KernelState, constants: SlipConstants, stiffness: float) -> float:
     """The smallest step along the path; of a load, `load_floor`, or a smaller step that pushes shear beyond its
     limits by half of OVERSHOOT.
@@ -186,12 +188,14 @@ def _floor(state: KernelState, constants: SlipConstants, stiffness: float) -> fl
         return float(smallest_step(constants, limits, stiffness, abs(state.scalars.displacement)))
     if not stiffness > 0.0:
         return constants.load_floor
+    # Shear exceeds its limits by `stiffness` per step at most, all nodes together: with half of OVERSHOOT
+    # the check in `answer_event` has room for rounding.
     most = max(0.5 * OVERSHOOT * limits, 0.1 * constants.tolerance)
     return float(min(constants.load_floor, most / stiffness))
 
 
-@compiled(inline="always")
-def _left(state: KernelState, until: float) -> float:
+@declare_kernel(inline="always")
+def _remaining_length(state: KernelState, until: float) -> float:
     """Length of the path up to δ_p = until, or up to this load where the pin rests."""
     scalars = state.scalars
     if scalars.pin_rate == 0.0:
@@ -200,7 +204,7 @@ def _left(state: KernelState, until: float) -> float:
     return float((until - scalars.displacement) * scalars.pin_rate)
 
 
-@compiled(entry=True)
+@declare_kernel(entry=True)
 def follow_path(
     state: KernelState,
     constants: KernelConstants,
@@ -217,7 +221,7 @@ def follow_path(
     for e in range(first, len(events.displacement)):
         stiffness = stretching(state)
         step, kind, node = next_event(state, constants, step_blur(constants.slip, stiffness))
-        left = _left(state, until)
+        left = _remaining_length(state, until)
         # No event and no end: the step would be infinite.
         if node < 0 and left == np.inf:
             return Stop.NO_EVENT, e
@@ -251,7 +255,7 @@ def follow_path(
     return Stop.FULL, len(events.displacement)
 
 
-@compiled()
+@declare_kernel()
 def has_left_window(
     window_until: tuple[float, NDArray[np.int64], Floats] | None, state: KernelState, moved: float
 ) -> bool:
@@ -266,7 +270,7 @@ def has_left_window(
     return moved > displacement
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def answer_event(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
     """Run the cascade of an event; DONE, or why the event is invalid."""
     start_event(state.scalars, state.node_slips)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 from nanoslip.solver.contact.kernels.pivots import Pivots, follow_one, follow_two
 
 # Kinds of events, and why a kernel stops: each named in this one place.
@@ -235,14 +235,14 @@ def new_scalars(displacement: float, direction: Direction) -> Scalars:
     return scalars
 
 
-@compiled()
+@declare_kernel()
 def clear(values: NDArray[Any]) -> None:
     """Set all to 0; a slice would take longer to compile."""
     for k in range(len(values)):
         values[k] = 0
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def start_event(scalars: Scalars, node_slips: NDArray[np.int64]) -> None:
     """Set the counters of an event to 0."""
     clear(node_slips)
@@ -255,21 +255,21 @@ def start_event(scalars: Scalars, node_slips: NDArray[np.int64]) -> None:
 # Multiples of a tableau's rows added to a vector: where nearly all the time of sliding goes.
 
 
-@compiled()
+@declare_kernel()
 def add_row(total: Floats, factor: float, row: Floats) -> None:
     """total += factor·row, in place; both of equal length."""
     for k in range(len(total)):
         total[k] += factor * row[k]
 
 
-@compiled()
+@declare_kernel()
 def advance_quantities(total: Floats, step: float, rate: Floats) -> None:
     """total += step·rate, in place, the product rounded, for quantities linear in the step."""
     for k in range(len(total)):
         total[k] += step * rate[k]
 
 
-@compiled()
+@declare_kernel()
 def add_two_rows(total: Floats, rows: Floats, i: int, first: float, j: int, second: float) -> None:
     """Add first·rows[i] + second·rows[j] to `total` in place. rows: a matrix with one column for each element of `total`."""
     for k in range(len(total)):
@@ -282,7 +282,7 @@ BLUR = 1e-15
 """Rounding of the pin's height, as a share of it."""
 
 
-@compiled()
+@declare_kernel()
 def pin_height(constants: KernelConstants, i: int, xi: float) -> float:
     """Height of the pin over node i above its lowest point; infinite beyond its edges."""
     if abs(xi) > constants.half_width[i]:
@@ -290,36 +290,44 @@ def pin_height(constants: KernelConstants, i: int, xi: float) -> float:
     return float(constants.across[i] + face_height(constants.pin.curvature, constants.pin.rise, i, xi))
 
 
-@compiled()
+@declare_kernel()
 def face_height(curvature: float, rise: Rise | None, i: int, xi: float) -> float:
     """Height over node i of a pin without edges above its lowest point (of a rough one: of its parabola)."""
+    # Lowest point at ξ = 0: curvature 1/R gives the parabola ξ²/2R (model.md), curvature 0 the punch.
     height = 0.5 * curvature * xi * xi
     if rise is None:
         return float(height)
     last = len(rise.knots) - 1
+    # Before the first and after the last knot ξ counts as at that knot: the rise is level there.
     k = min(max(int(np.searchsorted(rise.knots, xi, side="right")), 1), last)
-    along = min(max(xi, rise.knots[0]), rise.knots[last]) - rise.knots[k - 1]
-    return float(height + (rise.heights[rise.rows[i], k - 1] + along * rise_slope(rise, i, k)))
+    inside = min(max(xi, rise.knots[0]), rise.knots[last])
+    along = inside - rise.knots[k - 1]
+    knot_height = rise.heights[rise.rows[i], k - 1]
+    return float(height + (knot_height + along * rise_slope(rise, i, k)))
 
 
-@compiled()
+@declare_kernel()
 def rise_slope(rise: Rise, i: int, k: int) -> float:
     """Slope of the rise over node i between knots k - 1 and k; level before the first and after the last."""
     if not 0 < k < len(rise.knots):
         return 0.0
     row = rise.rows[i]
-    return float((rise.heights[row, k] - rise.heights[row, k - 1]) / (rise.knots[k] - rise.knots[k - 1]))
+    climb = rise.heights[row, k] - rise.heights[row, k - 1]
+    return float(climb / (rise.knots[k] - rise.knots[k - 1]))
 
 
-@compiled()
+@declare_kernel()
 def pin_slope(curvature: float, rise: Rise | None, i: int, xi: float) -> float:
     """Slope of a pin without edges over node i at ξ; at a knot that to its right."""
     if rise is None:
         return curvature * xi
-    return float(curvature * xi + rise_slope(rise, i, int(np.searchsorted(rise.knots, xi, side="right"))))
+    # Right of a knot, whatever the direction: a node on a knot then has one slope, not the one it came
+    # by.
+    k = int(np.searchsorted(rise.knots, xi, side="right"))
+    return float(curvature * xi + rise_slope(rise, i, k))
 
 
-@compiled()
+@declare_kernel()
 def piece_entered(knots: Floats, xi: float, sense: int) -> int:
     """Number k of the piece between knots k - 1 and k that a node at ξ enters."""
     if sense > 0:
@@ -327,7 +335,7 @@ def piece_entered(knots: Floats, xi: float, sense: int) -> int:
     return int(np.searchsorted(knots, xi, side="left"))
 
 
-@compiled()
+@declare_kernel()
 def knot_ahead(knots: Floats, k: int, sense: int) -> float:
     """End of the piece between knots k - 1 and k in the direction of `sense`."""
     if sense > 0:
@@ -335,7 +343,7 @@ def knot_ahead(knots: Floats, k: int, sense: int) -> float:
     return float(knots[k - 1]) if k > 0 else -np.inf
 
 
-@compiled()
+@declare_kernel()
 def first_root(constant: float, linear: float, quadratic: float) -> float:
     """Smallest t ≥ 0 at which constant + linear·t + quadratic·t², with constant ≥ 0, falls through 0; infinite if none."""
     # (-b ± √D)/2a with b = linear, a = quadratic, c = constant; the smaller root is 2c/(-b + √D), as both have the
@@ -351,7 +359,7 @@ def first_root(constant: float, linear: float, quadratic: float) -> float:
 # How far one node slips along the pin until its shear has fallen to what a slip leaves.
 
 
-@compiled(forceinline=True)
+@declare_kernel(forceinline=True)
 def slip_move(
     y: Floats,
     tableau: Floats,
@@ -381,6 +389,7 @@ def slip_move(
     # Along the pin the height changes by curvature·(ξ d + d²/2): excess + linear·d + quadratic·d²/2 = 0.
     quadratic = curvature * down
     linear = along + quadratic * xi
+    # Below 0 if the excess turns round, at excess - linear²/(2·quadratic), before it vanishes.
     discriminant = linear * linear - 2.0 * quadratic * excess
     # linear ≤ 0: moving back raises the shear, on a steep flank or by a compliance that is not positive definite.
     if not (linear > 0.0 and discriminant >= 0.0):
@@ -390,7 +399,7 @@ def slip_move(
     return distance, curvature * distance * (xi + 0.5 * distance)
 
 
-@compiled()
+@declare_kernel()
 def slip_on_rough(
     excess: float, along: float, down: float, i: int, xi: float, curvature: float, rise: Rise
 ) -> tuple[float, float]:
@@ -401,6 +410,7 @@ def slip_on_rough(
     sense = -1 if excess > 0.0 else 1
     k = piece_entered(rise.knots, xi, sense)
     here = xi
+    # The rise is straight between knots: one quadratic holds up to the next knot and no further.
     while True:
         # Along the slip, s ≥ 0 from `here` on, |excess| falls as |excess| - linear·s + quadratic·s².
         linear = along + down * (curvature * here + rise_slope(rise, i, k))
@@ -413,7 +423,8 @@ def slip_on_rough(
         if abs(far) == np.inf:
             return np.inf, 0.0
         # Nearly nothing may be left at a knot: rounding must not give it the other sign.
-        excess = -sense * max(abs(excess) - linear * abs(far - here) + quadratic * (far - here) ** 2, 0.0)
+        remainder = abs(excess) - linear * abs(far - here) + quadratic * (far - here) ** 2
+        excess = -sense * max(remainder, 0.0)
         here = far
         k += sense
 
@@ -424,13 +435,13 @@ RESIDUAL_LIMIT = 1e-11
 """Relative residual of the prescribed displacements or of the load at which the tableau is rebuilt."""
 
 
-@compiled()
+@declare_kernel()
 def follow_row(state: KernelState, j: int) -> None:
     """Let row j of the tableau follow the pivots that it has not followed yet."""
     follow_one(state.tableau, state.pivots, j, state.scalars.pivots, len(state.x))
 
 
-@compiled()
+@declare_kernel()
 def _follow_node(plane: Plane | None, state: KernelState, i: int) -> None:
     """Let both tableau rows of node i follow: together on a plane of nodes; one after the other in plane strain, as
     short rows stay in a cache."""
@@ -441,7 +452,7 @@ def _follow_node(plane: Plane | None, state: KernelState, i: int) -> None:
         follow_row(state, len(state.x) + i)
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def follow_pivots(state: KernelState, i: int) -> None:
     """Let both rows of node i follow all pivots."""
     followed, pivots = state.pivots.followed, state.scalars.pivots
@@ -449,7 +460,7 @@ def follow_pivots(state: KernelState, i: int) -> None:
         _follow_node(state.plane, state, i)
 
 
-@compiled(entry=True)
+@declare_kernel(entry=True)
 def follow_all(state: KernelState) -> None:
     """Let all rows of the tableau follow all pivots, which makes room for others."""
     for i in range(len(state.x)):
@@ -459,9 +470,10 @@ def follow_all(state: KernelState) -> None:
     state.scalars.pivots = 0
 
 
-@compiled()
+@declare_kernel()
 def refresh_response(state: KernelState) -> None:
     """Sum the response afresh from the inputs."""
+    # Every slip rounds the response once more: many drift off what the inputs say, a fresh sum does not.
     clear(state.response)
     for j in range(len(state.inputs)):
         # Free nodes bear nothing: their rows are not read, and need not follow the pivots.
@@ -474,10 +486,12 @@ def refresh_response(state: KernelState) -> None:
     state.scalars.slips_since_refresh = 0
 
 
-@compiled()
+@declare_kernel()
 def set_rate(state: KernelState) -> None:
     """Set the rate to the response per unit step along the path: contact nodes move with the pin, the load changes."""
     clear(state.rate)
+    # A stuck node has u_i = δ_p + s_i and stays at its place on the pin (model.md, In equations): u_i
+    # moves with the pin, v_i = w_i + approach does not.
     if state.scalars.pin_rate != 0.0:
         for i in range(len(state.x)):
             if state.contact[i]:
@@ -489,7 +503,7 @@ def set_rate(state: KernelState) -> None:
         add_row(state.rate, -state.scalars.load_rate, state.tableau[2 * len(state.x)])
 
 
-@compiled()
+@declare_kernel()
 def advance_path(state: KernelState, step: float) -> None:
     """Go on by `step` along the path, every contact node stuck to the pin."""
     last, scalars = 2 * len(state.x), state.scalars
@@ -504,7 +518,7 @@ def advance_path(state: KernelState, step: float) -> None:
     scalars.displacement += moved
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def count(contact: NDArray[np.bool_]) -> int:
     """Number of nodes in contact; numpy's sum would take longer to compile."""
     nodes = 0
@@ -513,7 +527,7 @@ def count(contact: NDArray[np.bool_]) -> int:
     return nodes
 
 
-@compiled(entry=True)
+@declare_kernel(entry=True)
 def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
     """Sum of the tangential entries of `values` (response or rate) over the contact, (n,)."""
     total = 0.0
@@ -527,7 +541,7 @@ def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
 # entries a processor adds at once; a sum over the forces on one entry would be fast only in an order that the processor chooses.
 
 
-@compiled()
+@declare_kernel()
 def _displace(plane: Plane | None, state: KernelState, seen: Floats, moved: Floats) -> float:
     """Set displacements by the forces on nodes in contact, (2n,), and the magnitudes in their sums; returns the largest one."""
     n, largest = len(state.x), 0.0
@@ -545,13 +559,16 @@ def _displace(plane: Plane | None, state: KernelState, seen: Floats, moved: Floa
     return largest
 
 
-@compiled()
+@declare_kernel()
 def _displace_plane(plane: Plane, i: int, along: float, down: float, seen: Floats, moved: Floats) -> None:
     """Add displacements by the force on node i: of a run of nodes they stand side by side in the table, which is even along y."""
     n, middle, table = len(plane.rows), plane.by_offset.shape[-1] // 2, plane.by_offset
+    # On a uniform plane the compliance of two nodes depends on their offset alone: (2m-1)² numbers stand
+    # for n².
     for run in range(len(plane.runs) - 1):
         first, end = plane.runs[run], plane.runs[run + 1]
-        x, y = plane.columns[first] - plane.columns[i] + middle, plane.rows[first] - plane.rows[i] + middle
+        x = plane.columns[first] - plane.columns[i] + middle
+        y = plane.rows[first] - plane.rows[i] + middle
         until = y + end - first
         for component in range(2):
             start, stop = component * n + first, component * n + end
@@ -559,7 +576,7 @@ def _displace_plane(plane: Plane, i: int, along: float, down: float, seen: Float
             _add_displacements(by_shear, by_pressure, along, down, seen[start:stop], moved[start:stop])
 
 
-@compiled()
+@declare_kernel()
 def _add_displacements(
     by_shear: Floats, by_pressure: Floats, along: float, down: float, seen: Floats, moved: Floats
 ) -> None:
@@ -570,7 +587,7 @@ def _add_displacements(
         moved[k] += abs(sideways) + abs(below)
 
 
-@compiled(entry=True)
+@declare_kernel(entry=True)
 def equilibrium_residual(state: KernelState) -> float:
     """Relative distance of the response from equilibrium (see RESIDUAL_LIMIT); the residual, (N,), is left in `state.work[0]`.
 
@@ -585,6 +602,7 @@ def equilibrium_residual(state: KernelState) -> float:
     largest = _displace(state.plane, state, missing[: 2 * n], state.work[1, : 2 * n])
     blur = 8.0 * BLUR * abs(response[2 * n])  # far out on a sharp pin heights are more than all the load displaces
     for row in range(2 * n):
+        # Entries are v = w + approach, and the compliance gives w.
         seen = missing[row]
         if row >= n:
             seen += response[2 * n]
@@ -597,10 +615,11 @@ def equilibrium_residual(state: KernelState) -> float:
     unborne = abs(missing[2 * n] / inputs[2 * n])
     if not (largest > 0.0 and unborne < np.inf):
         return np.inf
+    # A sum is known to the rounding of the magnitudes in it, which its own value may be far below.
     return float(max(error / largest, unborne))
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _refine(state: KernelState) -> None:
     """One step of iterative refinement, where the response of a fresh tableau leaves a residual.
 
@@ -624,7 +643,7 @@ def _refine(state: KernelState) -> None:
             state.response[n + i] += missing[n + i]
 
 
-@compiled(entry=True)
+@declare_kernel(entry=True)
 def respond(state: KernelState) -> None:
     """Recompute response and rate from a fresh tableau."""
     refresh_response(state)

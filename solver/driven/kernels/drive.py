@@ -6,7 +6,7 @@ pin turns the contact is unloaded elastically, event by event, as it is. No rela
 
 from typing import NamedTuple
 
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 from nanoslip.solver.contact.kernels.events import next_event, project_onto_pin
 from nanoslip.solver.contact.kernels.path import (
     CHECK_EVENTS,
@@ -36,9 +36,9 @@ from nanoslip.solver.dynamics.kernels.motion import (
     Slip,
     Tally,
     driving_force,
+    find_motion,
     follow_slip,
     make_segment,
-    motion_at,
     no_slips,
     slip_table,
 )
@@ -80,7 +80,7 @@ class Pulled(NamedTuple):
     """Energy that events dissipated."""
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _ahead(state: KernelState, constants: KernelConstants, frame: Frame) -> Ahead:
     """The next event, at least the event floor away."""
     scalars = state.scalars
@@ -89,17 +89,18 @@ def _ahead(state: KernelState, constants: KernelConstants, frame: Frame) -> Ahea
     # As in `follow_path`: events nearer than the floor are answered at the floor.
     limits = limits_together(state, constants.slip)
     least = smallest_step(constants.slip, limits, stiffness, abs(scalars.displacement))
+    # F on the pin is sign·F(δ_p), and dδ_p/dx = sign: in dF/dx both signs cancel.
     position = scalars.displacement + scalars.pin_rate * max(step, least) - frame.origin
     return Ahead(frame.sign * position, kind, node, total_shear(state.contact, state.rate) * scalars.pin_rate)
 
 
-@compiled(inline="always")
-def _move_pin_to(state: KernelState, delta: float) -> None:
+@declare_kernel(inline="always")
+def _move_pin(state: KernelState, delta: float) -> None:
     """Move the pin to δ_p = delta, all nodes stuck."""
     advance_path(state, (delta - state.scalars.displacement) * state.scalars.pin_rate)
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _turn(state: KernelState, forward: bool) -> None:
     """Head the pin the other way."""
     state.scalars.pin_rate = 1.0 if forward else -1.0
@@ -107,20 +108,21 @@ def _turn(state: KernelState, forward: bool) -> None:
     set_rate(state)
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _is_at_last_node(state: KernelState, constants: KernelConstants) -> bool:
     """True if a node in contact is at an end of the surface."""
-    last = len(state.x) - 1
+    contact, outer, last = state.contact, constants.outer, len(state.x) - 1
     # Nodes are outer where there are others beyond the window.
-    return bool((state.contact[0] and not constants.outer[0]) or (state.contact[last] and not constants.outer[last]))
+    return bool((contact[0] and not outer[0]) or (contact[last] and not outer[last]))
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _check(state: KernelState, constants: KernelConstants, begun: float, events: int) -> Stop:
     """Decide after an event whether the contact can go on: CONTACT_LOST where it has come to the end of its nodes.
 
     begun: δ_p where it was set up, for both directions from there.
     """
+    # A pin that goes both ways may leave its window on either side.
     scalars = state.scalars
     if _is_at_last_node(state, constants):
         return Stop.CONTACT_LOST
@@ -133,7 +135,7 @@ def _check(state: KernelState, constants: KernelConstants, begun: float, events:
     return Stop.DONE
 
 
-@compiled(entry=True, allocates=True, error_model="numpy")
+@declare_kernel(entry=True, allocates=True, error_model="numpy")
 def drive_contact(
     state: KernelState,
     constants: KernelConstants,
@@ -152,7 +154,7 @@ def drive_contact(
     slips_left: macroscopic slips with the last of which the drive ends. pieces: see `integrate_exactly`.
     """
     origin, sign = frame
-    motion = motion_at(motion, pieces, pin.time)
+    motion = find_motion(motion, pieces, pin.time)
     finished, events, lost, stop = no_slips(), 0, 0.0, Stop.DONE
     begun = state.scalars.displacement
     _turn(state, (pin.velocity >= 0.0) == (sign > 0.0))
@@ -162,7 +164,7 @@ def drive_contact(
         forward = moves_forward(motion, pin, ahead.slope)
         # The contact lags behind the pin, as all is linear between events: it is moved at events, turns and the end.
         if forward != (sign * state.scalars.pin_rate > 0.0):
-            _move_pin_to(state, sign * pin.position + origin)
+            _move_pin(state, sign * pin.position + origin)
             _turn(state, forward == (sign > 0.0))
             ahead = _ahead(state, constants, frame)
         t, x, v, friction_force = pin
@@ -176,7 +178,7 @@ def drive_contact(
             tally = pass_segment(record, motion, segment, tally, until, tau, y, area)
             t, x, friction_force = until, x + y, friction_force + ahead.slope * y
         if met:
-            _move_pin_to(state, sign * ahead.position + origin)
+            _move_pin(state, sign * ahead.position + origin)
             stop = answer_event(state, constants, ahead.kind, ahead.node)
             events += 1
             lost += state.scalars.dissipated
@@ -191,8 +193,8 @@ def drive_contact(
             slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
         else:
             tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
-        motion = motion_at(motion, pieces, t)
-    _move_pin_to(state, sign * pin.position + origin)
+        motion = find_motion(motion, pieces, t)
+    _move_pin(state, sign * pin.position + origin)
     # A contact that has to be set up again is driven on: its slip lasts into the next stretch, and is stated there.
     lasting = Slip(slip.sliding and stop == Stop.DONE, slip.climbing, slip.time, slip.position, slip.peak, 0, 0.0)
     return Pulled(stop, pin, slip, tally, slip_table(lasting, finished, motion, pin), events, lost)

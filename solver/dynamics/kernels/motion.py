@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 
 Floats = NDArray[np.float64]
 
@@ -21,6 +21,8 @@ SlipRow = tuple[float, float, float, float, float]
 """A row of `Course.slips`."""
 
 
+# A stuck pin without inertia has k(Vt - x) + c(V - x') = K(x - x_R). Once its velocity is steady,
+# differentiated, k(V - x') = K x': the stick velocity kV/(k + K), whatever the damper.
 class Motion(NamedTuple):
     """Eq. 12 as its kernels see it; `stick_velocity` is kV/(k + K), at which the stage drags a stuck pin along."""
 
@@ -125,7 +127,7 @@ class Tally(NamedTuple):
 # Teeth of the limit F̃: any of infinitely many, and the one that holds a position.
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def find_repeated_tooth(teeth: ToothTable, index: int) -> tuple[int, float]:
     """Find the given tooth that tooth `index` ≥ 0 repeats, and its distance to the right."""
     count = teeth.force.size
@@ -137,7 +139,7 @@ def find_repeated_tooth(teeth: ToothTable, index: int) -> tuple[int, float]:
     return index - laps * (count - teeth.periodic_from), shift
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def find_tooth(teeth: ToothTable, index: int) -> tuple[float, float, float, float]:
     """Left edge, right edge, force at the left edge and slope of any tooth: periodic to the right, mirrored about 0."""
     j, shift = find_repeated_tooth(teeth, index if index >= 0 else -1 - index)
@@ -156,7 +158,7 @@ _COUNTABLE = 4.5e15
 """Number of teeth that a position in double precision can distinguish: 2^52."""
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def _tooth_nearby(teeth: ToothTable, x: float) -> int:
     """The tooth that holds x, or one beside it where rounding blurs an edge: by whole periods, then bisection."""
     count, first = teeth.force.size, teeth.periodic_from
@@ -169,7 +171,7 @@ def _tooth_nearby(teeth: ToothTable, x: float) -> int:
     return index if x >= 0.0 else -1 - index
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def tooth_holding(teeth: ToothTable, index: int, x: float) -> tuple[int, float, float, float, float]:
     """Find the tooth that holds x, searching from tooth `index` on: its index, and the values of `find_tooth`.
 
@@ -200,14 +202,14 @@ def tooth_holding(teeth: ToothTable, index: int, x: float) -> tuple[int, float, 
 # Driving force, and slips: from stick to slip and back.
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def stage_place(motion: Motion, time: float) -> float:
     """Place of the stage."""
     return motion.stage_start + motion.stage * time
 
 
-@compiled(error_model="numpy")
-def motion_at(motion: Motion, pieces: Floats, time: float) -> Motion:
+@declare_kernel(error_model="numpy")
+def find_motion(motion: Motion, pieces: Floats, time: float) -> Motion:
     """The motion from a time on; the same until its piece of the stage's way ends, and after the last one.
 
     pieces: (p, 3) of the stage's way after the first: end, velocity, and `stage_start` of each.
@@ -232,25 +234,28 @@ def motion_at(motion: Motion, pieces: Floats, time: float) -> Motion:
     )
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def driving_force(motion: Motion, pin: PinState) -> float:
     """Spring and damper together."""
+    # Eq. 12: k(Vt - x) + c(V - x').
     stretch = stage_place(motion, pin.time) - pin.position
     return motion.spring * stretch + motion.damping * (motion.stage - pin.velocity)
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def acceleration_rounding(motion: Motion, pin: PinState, slope: float) -> float:
     """Rounding error of an acceleration of 0, which is a small difference of large forces and positions.
 
     slope: of the friction force, which is read off the position.
     """
+    # The spring's force is a difference of two ways that grow with the run, as its error does.
     # 4.4e-16: two units in the last place of the large terms.
-    far = motion.spring * (abs(stage_place(motion, pin.time)) + abs(pin.position)) + abs(slope * pin.position)
+    ways = abs(stage_place(motion, pin.time)) + abs(pin.position)
+    far = motion.spring * ways + abs(slope * pin.position)
     return 4.4e-16 * (far + motion.damping * (motion.stage + abs(pin.velocity)) + abs(pin.friction_force))
 
 
-@compiled(allocates=True, error_model="numpy")
+@declare_kernel(allocates=True, error_model="numpy")
 def no_slips() -> list[SlipRow]:
     """An empty table of slips."""
     finished = [(0.0, 0.0, 0.0, 0.0, 0.0)]  # tells the compiler the type
@@ -258,7 +263,7 @@ def no_slips() -> list[SlipRow]:
     return finished
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def _macroscopic(motion: Motion, begin: float, end: float) -> bool:
     """True if a slip is longer than the presliding length, without the part that stretches the contact for the first time.
 
@@ -267,13 +272,15 @@ def _macroscopic(motion: Motion, begin: float, end: float) -> bool:
     return end - max(begin, motion.stretched) > motion.presliding
 
 
-@compiled(allocates=True, error_model="numpy")
+@declare_kernel(allocates=True, error_model="numpy")
 def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: PinState, new: PinState, peak: float) -> Slip:
     """Follow the pin from one instant to the next, from slip to stick and back; macroscopic slips that end are added
     to `finished`.
 
     Between the two the velocity passes the stick velocity at most once. peak: the largest driving force between them.
     """
+    # A slip is motion faster than the stick velocity, and macroscopic beyond the presliding length
+    # (model.md, Glossary).
     sliding, climbing, time, position, highest, micro_slips, micro_travel = slip
     change = new.velocity - old.velocity
     # Linear between the two instants; segments end at the stick velocity, so that theirs is exact.
@@ -299,7 +306,7 @@ def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: PinSta
     return Slip(sliding, climbing, time, position, highest, micro_slips, micro_travel)
 
 
-@compiled(allocates=True, error_model="numpy")
+@declare_kernel(allocates=True, error_model="numpy")
 def slip_table(slip: Slip, rows: list[SlipRow], motion: Motion, pin: PinState) -> Floats:
     """Slips as rows of an array; a slip that still lasts has no re-stick."""
     if slip.sliding and _macroscopic(motion, slip.position, pin.position):
@@ -330,24 +337,33 @@ class Segment(NamedTuple):
     pace: float
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def make_segment(motion: Motion, pin: PinState, slope: float) -> Segment:
     """The segment that begins at `pin`, where F changes by `slope` per distance."""
+    # Eq. 12 with x = x_0 + y and F = F_0 + slope·y, mass 1:
+    # y'' = D_0 - F_0 + kVτ - (k + slope) y - c (y' - v_0).
+    # So κ = k + slope, ramp = kV and load = q + c v_0 with q = D_0 - F_0. At the start y''' = ramp - c y'' - κ y' is p.
     c, total = motion.damping, motion.spring + slope
     ramp = motion.spring * motion.stage
     q = driving_force(motion, pin) - pin.friction_force
     jerk = ramp - c * q - total * pin.velocity
-    return Segment(pin, slope, c, total, q + c * pin.velocity, ramp, q, jerk, max(math.sqrt(abs(total)), c))
+    # Rates are the roots of r² + c r + κ = 0: of size c or √κ at most for κ ≥ 0, and up to 1.62 times the
+    # larger of c and √-κ for κ < 0, where c = √-κ.
+    pace = max(math.sqrt(abs(total)), c)
+    return Segment(pin, slope, c, total, q + c * pin.velocity, ramp, q, jerk, pace)
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def series(segment: Segment, tau: float) -> tuple[float, float, float]:
     """y, y' and ∫y by the Taylor series at the start: for phases up to about 1."""
     damped, stiff = segment.damping * tau, segment.stiffness * tau * tau
     first = segment.pin.velocity * tau
     before, term = 0.5 * segment.q * tau * tau, segment.p * tau * tau * tau / 6.0
-    y, moved, area = first + before + term, first + 2.0 * before + 3.0 * term, first / 2.0 + before / 3.0 + term / 4.0
+    y, moved = first + before + term, first + 2.0 * before + 3.0 * term
+    area = first / 2.0 + before / 3.0 + term / 4.0
     scale = 1e-18 * (abs(first) + abs(before) + abs(term))
+    # With cτ ≤ 1 and |κ|τ² ≤ 1 a term is at most 1/(n-1) of the larger of the two before it: all that is
+    # left out of y is then less than `scale`.
     for n in range(4, 60):
         # Two terms are kept, as the damper couples each to the last one and the spring to the one before.
         # The n-th derivative is -c times the one before less κ times the one before that, as load and ramp are
@@ -363,7 +379,7 @@ def series(segment: Segment, tau: float) -> tuple[float, float, float]:
     return y, moved / tau, area * tau
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def _exponential_integrals(r: float, tau: float) -> tuple[float, float, float]:
     """∫e^(rs) from 0 to τ once, twice and three times over, without cancellation where z = rτ is small."""
     z = r * tau
@@ -383,7 +399,7 @@ def _exponential_integrals(r: float, tau: float) -> tuple[float, float, float]:
     return one * tau, two * tau * tau, three * tau * tau * tau
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def _responses(c: float, stiffness: float, tau: float) -> tuple[float, float, float, float, float]:
     """h', h, ∫h, ∬h, ∭h of h'' + c h' + κ h = 0 with h(0) = 0, h'(0) = 1.
 
@@ -421,7 +437,7 @@ def _responses(c: float, stiffness: float, tau: float) -> tuple[float, float, fl
     return rate, h, one, two, (0.5 * tau * tau - one - c * two) / stiffness
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def brief_responses(c: float, stiffness: float, tau: float) -> tuple[float, float, float, float, float]:
     """`_responses` by their series at τ = 0, for cτ ≤ 0.01 and |κ|τ² ≤ 0.004. Relative errors at these bounds: 1e-15
     of h' and h, 2e-14 of ∫h, 1e-12 of ∬h, 3e-11 of ∭h."""
@@ -445,7 +461,7 @@ def brief_responses(c: float, stiffness: float, tau: float) -> tuple[float, floa
     return 1.0 - c * h - stiffness * one, h, one, two, three
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def motion_state(segment: Segment, tau: float) -> tuple[float, float, float]:
     """y, y' and ∫y at time τ."""
     v, load, ramp = segment.pin.velocity, segment.load, segment.ramp
@@ -459,6 +475,8 @@ def motion_state(segment: Segment, tau: float) -> tuple[float, float, float]:
         return series(segment, tau)
     else:
         rate, h, one, two, three = _responses(segment.damping, segment.stiffness, tau)
+    # h is the response to a velocity of 1 at the start, which is an impulse; by Duhamel's integral ∫h is
+    # that to a constant load of 1, and ∬h that to a load of τ.
     return v * h + load * one + ramp * two, v * rate + load * h + ramp * one, v * one + load * two + ramp * three
 
 
@@ -474,7 +492,7 @@ class Passing(IntEnum):
     """Rate of the driving force."""
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def offset_from_level(
     segment: Segment, motion: Motion, quantity: Passing, level: float, tau: float
 ) -> tuple[float, float, float]:
@@ -482,6 +500,8 @@ def offset_from_level(
     y, v, _ = motion_state(segment, tau)
     c, stiffness = segment.damping, segment.stiffness
     a = segment.load + segment.ramp * tau - c * v - stiffness * y
+    # y'' = load + ramp τ - c y' - κ y, differentiated once for the jerk and once more for `fourth`; likewise
+    # D = k(Vt - x) + c(V - x').
     if quantity == Passing.POSITION:
         return y - level, v, a
     jerk = segment.ramp - c * a - stiffness * v
@@ -491,7 +511,7 @@ def offset_from_level(
     return k * (motion.stage - v) - c * a - level, -k * a - c * jerk, -k * jerk - c * fourth
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def root(segment: Segment, motion: Motion, quantity: Passing, level: float, end: float, rising: bool) -> float:
     """Find the time when a quantity that is monotone on [0, end] passes `level`: Halley's method kept in its bracket."""
     low, high = 0.0, end
@@ -518,7 +538,7 @@ def root(segment: Segment, motion: Motion, quantity: Passing, level: float, end:
     return tau
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def next_zero(c: float, stiffness: float, g: float, rate: float, earliest: float) -> float:
     """First zero after `earliest` of the solution of g'' + c g' + κ g = 0 that starts with g and g' = rate."""
     a = 0.5 * c

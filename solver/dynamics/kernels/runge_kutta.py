@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 from nanoslip.solver.dynamics.kernels.motion import (
     Course,
     Motion,
@@ -29,13 +29,14 @@ from nanoslip.solver.dynamics.kernels.steps import (
 )
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def _cubic(s: float, old: float, new: float, old_rate: float, new_rate: float) -> float:
     """Cubic interpolation a fraction s into a step, from values and rates per step at both ends."""
+    # Hermite's cubic: it has both values and both rates, at s = 0 and at s = 1.
     return old + s * s * (3.0 - 2.0 * s) * (new - old) + s * (1.0 - s) * ((1.0 - s) * old_rate - s * new_rate)
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def _write_step(
     record: Record, motion: Motion, old: PinState, new: PinState, row: int, edge: int, pushed: float
 ) -> tuple[int, int]:
@@ -57,12 +58,14 @@ def _write_step(
     while edge <= bins and recorded * (edge / bins) <= new.time:
         s = (recorded * (edge / bins) - t) / dt
         v = _cubic(s, old.velocity, new.velocity, dt * a, dt * new_a)
+        # With mass 1, v = ∫(D - F) dt from rest, so that ∫F dt = ∫D dt - v; D counts as linear within the
+        # step.
         impulse[edge] = pushed + dt * s * (driving + 0.5 * (new_driving - driving) * s) - v
         edge += 1
     return row, edge
 
 
-@compiled(entry=True, allocates=True, error_model="numpy")
+@declare_kernel(entry=True, allocates=True, error_model="numpy")
 def integrate_by_steps(
     teeth: ToothTable, motion: Motion, steps: int, sample_count: int, bin_count: int, one_way: bool | None
 ) -> Course:

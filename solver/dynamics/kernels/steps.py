@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 from nanoslip.solver.dynamics.kernels.motion import (
     Course,
     Floats,
@@ -20,11 +20,11 @@ from nanoslip.solver.dynamics.kernels.motion import (
     acceleration_rounding,
     brief_responses,
     driving_force,
+    find_motion,
     find_repeated_tooth,
     find_tooth,
     follow_slip,
     make_segment,
-    motion_at,
     motion_state,
     next_zero,
     no_slips,
@@ -36,7 +36,7 @@ from nanoslip.solver.dynamics.kernels.motion import (
 )
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def _quick_crossing(segment: Segment, distance: float) -> float:
     """Time when the pin reaches `distance`, if it surely keeps between half and 3/2 of its velocity until then; else NaN.
 
@@ -60,7 +60,7 @@ def _quick_crossing(segment: Segment, distance: float) -> float:
     return tau
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float) -> float:
     """Time for which the velocity (and, if watched, the driving force's rate) stays monotone, at most to the horizon.
 
@@ -86,7 +86,7 @@ def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float
     return end
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def _velocity_level(motion: Motion, v0: float, v1: float) -> float:
     """The first of the velocities 0 and that of stick that lies strictly between v0 and v1, or NaN."""
     stick_velocity = motion.stick_velocity
@@ -100,7 +100,7 @@ def _velocity_level(motion: Motion, v0: float, v1: float) -> float:
     return stick_velocity if v0 < stick_velocity < v1 else math.nan
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def segment_end(
     segment: Segment, motion: Motion, watched: bool, distance: float, forward: bool
 ) -> tuple[float, bool, float, float, float]:
@@ -122,13 +122,14 @@ def segment_end(
         v1 = level
     if y < distance if forward else y > distance:
         return tau, False, y, v1, area
+    # Up to here the velocity has one sign, so that the position passes `distance` once.
     tau = root(segment, motion, Passing.POSITION, distance, tau, forward)
     _, v1, area = motion_state(segment, tau)
     # By rounding alone a pin that just reaches the edge must not seem to head back.
     return tau, True, distance, max(v1, 0.0) if forward else min(v1, 0.0), area
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def highest_driving_force(segment: Segment, motion: Motion, end: float, new: PinState) -> float:
     """Maximum over [0, end] of the driving force, whose rate is monotone there; `new` is the pin at the end."""
     at_start = driving_force(motion, segment.pin)
@@ -146,25 +147,26 @@ def highest_driving_force(segment: Segment, motion: Motion, end: float, new: Pin
 # The friction law of Eq. 13-14 on one tooth: direction of motion, stick or slip, how far stick lasts.
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def limit_friction(x: float, relaxed: float, surface_stiffness: float, limit: float) -> float:
     """Eq. 13, for a given relaxation point."""
+    # At the limit the relaxation point follows (Eq. 14); here F alone, between -F̃ and F̃.
     return max(-limit, min(surface_stiffness * (x - relaxed), limit))
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def moves_forward(motion: Motion, pin: PinState, slope: float) -> bool:
     """Direction of the motion; from rest the acceleration decides, or its rate where that is 0 to rounding. slope: of F̃."""
     if pin.velocity != 0.0:
         return pin.velocity > 0.0
     q = driving_force(motion, pin) - pin.friction_force
+    # At rest κ v is 0 in p = ramp - c q - κ v.
     jerk = motion.spring * motion.stage - motion.damping * q
-    return (
-        q > 0.0 if abs(q) > max(abs(jerk) * motion.instant, acceleration_rounding(motion, pin, slope)) else jerk >= 0.0
-    )
+    doubt = max(abs(jerk) * motion.instant, acceleration_rounding(motion, pin, slope))
+    return q > 0.0 if abs(q) > doubt else jerk >= 0.0
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def limit_followed(friction_force: float, limit: float, slope: float, surface_stiffness: float, forward: bool) -> int:
     """1 or -1 where F follows F̃ or -F̃, because elastic contact would exceed it; 0 where the contact sticks."""
     # Elastic friction changes by K per distance: ahead it passes a limit that rises less, backward one that rises more.
@@ -175,7 +177,7 @@ def limit_followed(friction_force: float, limit: float, slope: float, surface_st
     return 0
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def sticking_distance(
     friction_force: float, limit: float, slope: float, surface_stiffness: float, forward: bool
 ) -> float:
@@ -193,7 +195,7 @@ def sticking_distance(
 # Samples of the motion, time integrals of its forces and the range of the spring force, written as segments pass.
 
 
-@compiled(entry=True, allocates=True, error_model="numpy")
+@declare_kernel(entry=True, allocates=True, error_model="numpy")
 def empty_record(motion: Motion, sample_count: int, bin_count: int) -> Record:
     """A record of a run that has not begun."""
     return Record(
@@ -205,7 +207,7 @@ def empty_record(motion: Motion, sample_count: int, bin_count: int) -> Record:
     )
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def note_spring_force(record: Record, motion: Motion, time: float, position: float) -> None:
     """Extend the range of the spring force by its present value."""
     force = motion.spring * (stage_place(motion, time) - position)
@@ -213,10 +215,12 @@ def note_spring_force(record: Record, motion: Motion, time: float, position: flo
     record.spring_range[1] = max(record.spring_range[1], force)
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def note_brief(record: Record, motion: Motion, pin: PinState, tau: float, v_end: float) -> None:
     """`note_segment` of a stretch so brief that its acceleration is constant; its end is noted by the next
     stretch."""
+    # Constant acceleration: v is linear, the way its integral. The spring force turns where v is that of
+    # the stage.
     rate = (v_end - pin.velocity) / tau
     late = max(record.half - pin.time, 0.0)
     if late > 0.0:
@@ -228,7 +232,7 @@ def note_brief(record: Record, motion: Motion, pin: PinState, tau: float, v_end:
             note_spring_force(record, motion, pin.time + turn, pin.position + way)
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def note_segment(record: Record, motion: Motion, segment: Segment, tau: float) -> None:
     """Widen the range of the spring force to a segment that ends after `half`, and whose velocity is monotone.
 
@@ -246,7 +250,7 @@ def note_segment(record: Record, motion: Motion, segment: Segment, tau: float) -
         note_spring_force(record, motion, pin.time + turn, pin.position + y)
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def next_due(record: Record, row: int, edge: int) -> float:
     """Time when the next row of `samples` or entry of `impulse` is to be written."""
     last, bins = record.samples.shape[0] - 1, record.impulse.size - 1
@@ -255,7 +259,7 @@ def next_due(record: Record, row: int, edge: int) -> float:
     return min(sample, record.duration * (edge / bins)) if edge <= bins else sample
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def write_samples(
     record: Record, row: int, edge: int, segment: Segment, resisted: float, until: float
 ) -> tuple[int, int]:
@@ -276,7 +280,7 @@ def write_samples(
     return row, edge
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def pass_segment(
     record: Record, motion: Motion, segment: Segment, tally: Tally, until: float, tau: float, y: float, area: float
 ) -> Tally:
@@ -286,20 +290,24 @@ def pass_segment(
     row, edge = write_samples(record, row, edge, segment, resisted, until)
     if until >= record.half:
         note_segment(record, motion, segment, tau)
+    impulse = friction_force * tau + slope * area
+    # F = F_0 + slope·y is exact in a segment: ∫F dt = F_0 τ + slope ∫y dt, ∫F dx = F_0 y + slope y²/2.
     return Tally(
         steps + 1,
-        resisted + (friction_force * tau + slope * area),
+        resisted + impulse,
         work + (friction_force + 0.5 * slope * y) * y,
         row,
         edge,
     )
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def pass_rest(record: Record, motion: Motion, pin: PinState, tally: Tally, until: float) -> Tally:
     """Let time pass at rest: friction balances the driving force, which grows as the stage moves on."""
     samples, impulse, duration = record.samples, record.impulse, record.duration
     last, bins = samples.shape[0] - 1, impulse.size - 1
+    # A pin at rest does no work, and its friction force is what spring and damper pull with: linear in
+    # time.
     steps, resisted, work, row, edge = tally
     driving, ramp = driving_force(motion, pin), motion.spring * motion.stage
     while row <= last and duration * (row / last) <= until:
@@ -318,7 +326,7 @@ def pass_rest(record: Record, motion: Motion, pin: PinState, tally: Tally, until
     return Tally(steps + 1, resisted + (driving + 0.5 * ramp * tau) * tau, work, row, edge)
 
 
-@compiled(allocates=True, entry=True, error_model="numpy")
+@declare_kernel(allocates=True, entry=True, error_model="numpy")
 def make_run_result(record: Record, tally: Tally, slip: Slip, slips: Floats, reached: float) -> Course:
     """Result of a run of segments."""
     return Course(
@@ -338,12 +346,15 @@ def make_run_result(record: Record, tally: Tally, slip: Slip, slips: Floats, rea
 # Cross whole teeth the short way while the pin slides fast: nearly all of a long drive is this.
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def _may_turn(segment: Segment, motion: Motion, tau: float) -> bool:
     """True if the driving force might have an extremum within a short τ: its rate changes by less than the bound."""
     k, c, q, p = motion.spring, motion.damping, segment.q, segment.p
+    # D' = k(V - v) - c a, and D'' = -(k a + c a') with |a| up to |q| + τ|p| and |a'| near |p|: the factor
+    # 2 covers what these grow by in a phase as small as `_cross_tooth` allows.
     rate = k * (motion.stage - segment.pin.velocity) - c * q
-    return abs(rate) <= 2.0 * tau * (k * (abs(q) + tau * abs(p)) + c * abs(p))
+    second_rate = k * (abs(q) + tau * abs(p)) + c * abs(p)
+    return abs(rate) <= 2.0 * tau * second_rate
 
 
 class Forecast(NamedTuple):
@@ -355,7 +366,7 @@ class Forecast(NamedTuple):
     """1/velocity."""
 
 
-@compiled(error_model="numpy", forceinline=True)  # a call costs a fifth of the time
+@declare_kernel(error_model="numpy", forceinline=True)  # a call costs a fifth of the time
 def _cross_tooth(
     c: float, stiffness: float, pull: float, ramp: float, width: float, t: float, v: float, old: Forecast
 ) -> tuple[bool, float, float, float, Forecast]:
@@ -387,7 +398,7 @@ def _cross_tooth(
     return sure, tau + late, v_end, area + width * late, new
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def cruise(
     teeth: ToothTable,
     motion: Motion,
@@ -420,6 +431,8 @@ def cruise(
     steps, resisted, work, row, edge = tally
     due, half = next_due(record, row, edge), record.half
     forecast = Forecast(t, v, 1.0 / v)
+    # Tooth by tooth as in `integrate_exactly`, without all that cannot happen far above the stick
+    # velocity: a turn, a re-stick, -F̃.
     while steps < step_limit:
         right, base, rise = edges[j + 1] + shift, force[j], slope[j]
         # A rigid contact is at its limit at once; an elastic one at most, where the limit has dropped.
@@ -461,7 +474,7 @@ def cruise(
 # The event-driven method with an elastic contact.
 
 
-@compiled(entry=True, allocates=True, error_model="numpy")
+@declare_kernel(entry=True, allocates=True, error_model="numpy")
 def integrate_exactly(
     teeth: ToothTable,
     motion: Motion,
@@ -538,7 +551,7 @@ def integrate_exactly(
         pin = PinState(t, x, v, friction_force)
         peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
         slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
-        motion = motion_at(motion, pieces, t)
+        motion = find_motion(motion, pieces, t)
     table = slip_table(slip, finished, motion, pin)
     return make_run_result(record, tally, slip, table, pin.time)
 
@@ -546,20 +559,21 @@ def integrate_exactly(
 # The event-driven method with a rigid contact.
 
 
-@compiled(error_model="numpy", inline="always")
+@declare_kernel(error_model="numpy", inline="always")
 def _let_go(segment: Segment) -> Segment:
     """The segment of a pin at rest that is just let go: its acceleration is 0 without rounding."""
     pin, slope, c, total, _, ramp, _, _, pace = segment
     return Segment(pin, slope, c, total, 0.0, ramp, 0.0, ramp, pace)
 
 
-@compiled(entry=True, allocates=True, error_model="numpy")
+@declare_kernel(entry=True, allocates=True, error_model="numpy")
 def integrate_rigidly(
     teeth: ToothTable, motion: Motion, sample_count: int, bin_count: int, step_limit: int, one_way: bool | None
 ) -> Course:
     """`integrate_exactly` with a contact that does not yield: at rest while spring and damper pull no harder than F̃,
     in motion against a force of F̃.
     """
+    # K = ∞: F jumps between -F̃ and F̃ with the direction, and at rest is whatever balances the pull.
     duration, record = motion.duration, empty_record(motion, sample_count, bin_count)
     slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
     pin, tally, heading = PinState(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0), 0

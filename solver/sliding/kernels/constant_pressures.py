@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 from nanoslip.solver.contact.kernels.events import (
     HALF_PLACE,
     REFRESH_SLIPS,
@@ -71,7 +71,7 @@ class TangentialState(NamedTuple):
     scalars: Scalars
 
 
-@compiled(entry=True)
+@declare_kernel(entry=True)
 def refresh_shear(state: TangentialState) -> None:
     """Sum the shear afresh."""
     for i in range(len(state.u)):
@@ -81,7 +81,7 @@ def refresh_shear(state: TangentialState) -> None:
     state.scalars.slips_since_refresh = 0
 
 
-@compiled(error_model="numpy")
+@declare_kernel(error_model="numpy")
 def _worst_violation(
     shear: Floats, shear_limit: Floats, weights: Floats, tolerance: float, opposite: float, ahead: int
 ) -> int:
@@ -90,6 +90,8 @@ def _worst_violation(
     cut, shifted, turned = 0, 0, reversing_bits(ahead)
     for i in range(len(shear)):
         size = limit_shear(shear[i], opposite)
+        # Limits stay constant here, so that their inverses are kept: a product takes a fraction of a
+        # division's time.
         ratio = bits(size * weights[i])
         offends = size - shear_limit[i] > tolerance
         cut = max(cut, rank_ratio(ratio, i ^ turned) if offends else 0)
@@ -97,24 +99,26 @@ def _worst_violation(
     return highest_ranked(cut, shifted, turned)
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _distance(shear: Floats, tableau: Floats, shear_limit: Floats, residual_shear: float, i: int) -> float:
     """Distance that node i slips, the others held, until residual_shear of its limit is left of its shear."""
     # Shear falls by tableau[i, i] per distance, from its value to ±left.
     left = residual_shear * shear_limit[i]
-    return float(((left if shear[i] > 0.0 else -left) - shear[i]) / tableau[i, i])
+    target = left if shear[i] > 0.0 else -left
+    return float((target - shear[i]) / tableau[i, i])
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _displace(shear: Floats, tableau: Floats, u: Floats, i: int, along: float) -> float:
     """Displace node i; returns the work that its shear does on the slab."""
     before = shear[i]
     add_row(shear, along, tableau[i])
     u[i] += along
+    # Shear is linear in the way: the mean of both ends gives its work exactly.
     return float(0.5 * (before + shear[i]) * along)
 
 
-@compiled()
+@declare_kernel()
 def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) -> Stop:
     """Slip `first`, then the worst offender, the others held, until none is left.
 
@@ -140,7 +144,7 @@ def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) 
     return Stop.DONE
 
 
-@compiled(allocates=True)
+@declare_kernel(allocates=True)
 def _slip_together(state: TangentialState, constants: SlipConstants, first: int) -> Stop:
     """Resolve a cascade in rounds: every offender of a round slips by the distance it would slip alone."""
     shear, tableau, u, scalars, m = state.shear, state.tableau, state.u, state.scalars, len(state.u)
@@ -170,7 +174,7 @@ def _slip_together(state: TangentialState, constants: SlipConstants, first: int)
             refresh_shear(state)
 
 
-@compiled()
+@declare_kernel()
 def _next_slip(state: TangentialState, opposite: float, blur: float) -> tuple[float, int]:
     """Smallest step of the pin at which a node reaches its limit, and the node, of ties (see `next_event`) the node
     further ahead; infinite and -1 if no node does."""
@@ -188,7 +192,7 @@ def _next_slip(state: TangentialState, opposite: float, blur: float) -> tuple[fl
     return nearest, node
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _advance(state: TangentialState, step: float) -> None:
     advance_quantities(state.shear, step, state.rate)
     moved = step * state.scalars.pin_rate
@@ -197,16 +201,17 @@ def _advance(state: TangentialState, step: float) -> None:
     state.scalars.displacement += moved
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _overshoot(state: TangentialState, opposite: float) -> float:
     """Excess of limited shear over its limits, summed over all nodes."""
     total = 0.0
+    # As `overshoot` of the whole contact, with limits that no pressure changes.
     for i in range(len(state.u)):
         total += max(limit_shear(state.shear[i], opposite) - state.shear_limit[i], 0.0)
     return total
 
 
-@compiled(entry=True)
+@declare_kernel(entry=True)
 def slide_tangentially(
     state: TangentialState,
     constants: SlipConstants,
@@ -224,6 +229,7 @@ def slide_tangentially(
     stiffness = state.rate.sum() * scalars.pin_rate
     for e in range(first, len(events.displacement)):
         step, node = _next_slip(state, constants.opposite, step_blur(constants, stiffness))
+        # The floor is that of the whole contact, so that both friction laws count events alike.
         step = max(step, smallest_step(constants, state.limits, stiffness, abs(scalars.displacement)))
         left = (until - scalars.displacement) * scalars.pin_rate
         if node < 0 and left == np.inf:
@@ -242,7 +248,7 @@ def slide_tangentially(
     return Stop.FULL, len(events.displacement)
 
 
-@compiled(inline="always")
+@declare_kernel(inline="always")
 def _answer_event(state: TangentialState, constants: SlipConstants, node: int) -> Stop:
     """Run the slips of an event; DONE, or why the event is invalid."""
     start_event(state.scalars, state.node_slips)
@@ -251,7 +257,7 @@ def _answer_event(state: TangentialState, constants: SlipConstants, node: int) -
     return _slip_offenders(state, constants, node, constants.simultaneous)
 
 
-@compiled()
+@declare_kernel()
 def _slip_offenders(state: TangentialState, constants: SlipConstants, first: int, simultaneous: bool | None) -> Stop:
     """Slips in the order of the slip rule."""
     if simultaneous is None:

@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import declare_kernel
 
 
-@compiled(entry=True)
+@declare_kernel(entry=True)
 def cycle(node: NDArray[np.int32], before: Floats, after: Floats) -> int:
     """Number of events after which the last of these repeat themselves; 0 where they do not (see `repeat_length`)."""
     last, fallen = len(node) - 1, 0.0
@@ -22,6 +22,7 @@ def cycle(node: NDArray[np.int32], before: Floats, after: Floats) -> int:
             and abs(after[now] - after[now - period]) <= 1e-3 * fallen
         ):
             now -= 1
+        # The shortest period is found first; its multiples repeat as well.
         if now == last - 2 * period:
             return period
     return 0
