@@ -35,6 +35,7 @@ def film_half_width(normal_load: float, radius: float, poisson: float, height: f
     Pressed flat, it is a bed of springs (λ+2G)/height. Nearly incompressible, it gives way sideways, w = -p''·height³/3G:
     p = (a² - x²)²/(8 R height³), W = 2 a⁵/(15 R height³).
     """
+    # (λ+2G)/height = 2(1-ν)/((1-2ν) height): the factor 1-2ν, which may be 0, is taken to the load.
     flat = winkler_half_width(normal_load * (1 - 2 * poisson), radius, 2 * (1 - poisson) / height)
     flowing = (7.5 * normal_load * radius * height**3) ** 0.2
     return float(max(flat, flowing))

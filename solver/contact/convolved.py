@@ -55,6 +55,7 @@ def press_by_convolution(
             break
         forces -= common * of_unit
         before, slope = slope, float(forces @ gradient)
+        # Fletcher and Reeves. At first `before` is infinite, which leaves the steepest descent.
         direction = slope / before * direction - forces
         moved = convolution.w(direction)
         work = float(direction @ moved)

@@ -309,6 +309,7 @@ def stick_and_slide_in_motion(solved: CoulombContact) -> Rates:
         near = solved.nothing
         none = np.abs(solved.force[0]) <= near
         sign = np.sign(np.where(none, force_rate[0], solved.force[0]))
+        # Rate of |T| - L, with L = S + μ_i N and N = -f_z.
         growth = sign * force_rate[0] + solved.node_friction * force_rate[1]
         # Only a node at its limit (its excess is 0) may begin to slide, and none without any shear to push it.
         may_slide = (solved.excess > -near) & (sign != 0.0)
@@ -404,6 +405,7 @@ def next_change(solved: CoulombContact, rates: Rates) -> tuple[float, EventKind,
         room = solved.node_strength + mu * solved.normal_force - sign * solved.force[0]
         until = _time(room, sign * force_rate[0] + mu * force_rate[1], stick)
         steps[EventKind.SLIP] = np.minimum(steps.get(EventKind.SLIP, until), until)
+    # The gap of a smooth pin is ξ²/2R - v: it closes at v' - ξ ξ'/R.
     closing = v_rate - solved.pin.curvature * solved.xi * (u_rate - solved.direction.pin_rate)
     may_touch = ~solved.contact & np.isfinite(solved.gap)
     steps[EventKind.TOUCH] = _time(solved.gap, closing, may_touch)

@@ -54,6 +54,8 @@ class ContactSystem:
     def keep(self) -> "ContactSystem":
         """Store the results for all right sides, which pays off for a set that recurs often."""
         solved = self._solved(np.eye(len(self._with_load)))
+        # Right sides that are a unit matrix give the inverse; its forces, times the compliance, all
+        # displacements.
         all_entries = np.arange(2 * len(self._base))
         everywhere = self._compliance.entries(all_entries, self._entries)
         self.answers = np.hstack((solved, solved[:, :-1] @ everywhere.T))
@@ -368,6 +370,7 @@ def _press_nodes(
     """The contact with just these nodes on the pin, one Newton step from the given u."""
     n, coupled = compliance.slab.nodes, case.effects.coupling
     heights = make_pin(case).face(surface_from_pin(case) + (0.0 if stuck else u))
+    # Newton: h(x + u') = h(x + u) + slope·(u' - u). The term with u' stands in the matrix (`_block`).
     if system.slope is not None:
         heights = heights - system.slope * u
     if system.answers is None:

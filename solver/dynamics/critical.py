@@ -55,6 +55,7 @@ def critical_velocity(record: FrictionRecord, plateau: Plateau, drive: Drive) ->
     # Beyond critical damping there is no half period to decay in; the bound for 1 holds all the more.
     lost = math.expm1(2.0 * math.pi * min(drive.damping_ratio, 1.0))
     peak = float(friction_limit_of(record, plateau, drive.profile).force.max())
+    # e = V√(k·(exp(2πζ) - 1)), solved for V.
     fastest = peak / math.sqrt(drive.spring_stiffness * lost) if lost else math.inf
     return CriticalVelocity(*boundary(sticks, fastest))
 

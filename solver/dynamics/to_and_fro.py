@@ -133,6 +133,8 @@ def pull_to_and_fro(drive: Drive, motion: Motion, pull: LegPull) -> tuple[list[L
         # The last sample falls on the end of the leg.
         position, velocity, friction_force = map(float, run.samples[-1])
         way = float(leg.stage[-1])
+        # In the frame of the next leg the stage stands at 0 and moves the other way: a place x there is way -
+        # x here.
         pin = PinState(0.0, way - position, -velocity, -friction_force)
         origin, begin, sign = origin + sign * way, begin + leg.duration, -sign
     return legs, COMPLETED
@@ -147,6 +149,7 @@ def _motion_of_leg(motion: Motion, pieces: Floats, pin: PinState) -> Motion:
         stick_velocity=k * stage / (k + surface),
         duration=end,
         recorded=float(pieces[-1, 0]),
+        # Friction grows from x_R = x - F/K (Eq. 14) over a presliding length:
         # The contact is first unloaded, then stretched.
         stretched=pin.position + motion.presliding - pin.friction_force / surface,
     )
@@ -162,7 +165,9 @@ def _make_leg(run: Course, motion: Motion, pieces: Floats, sign: int, begin: flo
     position, speed, _ = run.samples.T
     at_edges = np.arange(count + 1) * last // count
     impulse = run.impulse[np.arange(count + 1) * BINS // count]
+    # The driving force is F + dv/dt, as the mass is 1, and dS = V dt with a V in each piece.
     stage_work = float(velocity @ (np.diff(impulse) + np.diff(speed[at_edges])))
+    # ∫c (V - v) dS = c V (V Δt - Δx), piece by piece.
     damper_work = c * float(velocity @ (velocity * lasting - np.diff(position[at_edges])))
     stage = np.interp(np.arange(last + 1) / last, edges / duration, places)
     stretch = stage - position

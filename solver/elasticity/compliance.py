@@ -216,6 +216,7 @@ def border_matrix(compliance: Entries, entries: Indices, nodes: int) -> Dense:
 
 def contact_stiffness_matrix(compliance: Compliance, nodes: Indices) -> Dense:
     """Forces and approach per u, v and -load at these nodes, (2m + 1, 2m + 1). Raises SingularOperator."""
+    # Inverse of [C e; eᵀ 0], e being 1 at normal entries: given u and v = w + approach, forces that bear the load.
     count = compliance.slab.nodes
     system = border_matrix(compliance.entries, np.concatenate((nodes, nodes + count)), count)
     return invert_bordered(system, f"compliance of {len(nodes)} nodes")
@@ -250,6 +251,8 @@ def remove_node(stiffness: Dense, place: int) -> Dense:
     gone = np.array([place, len(stiffness) // 2 + place])
     old = np.delete(np.arange(len(stiffness)), gone)
     # Its forces are set to 0: what held it is shared out among the others.
+    # By blocks of the old inverse S, o the nodes that stay and g the one that goes: S_oo - S_og S_gg⁻¹
+    # S_go.
     beside = taken(stiffness, gone, old)
     shared = np.linalg.solve(taken(stiffness, gone, gone), beside)
     return taken(stiffness, old, old) - taken(stiffness, old, gone) @ shared

@@ -129,6 +129,7 @@ def definitely_eliminated(stiffness: Dense, count: int, follows: Dense) -> Elimi
     norm = _norm(stiffness[:count, :count])
     root, info = scipy.linalg.lapack.dpotrf(stiffness[:count, :count], lower=1)
     reciprocal_condition = _check_condition(0.0 if info else scipy.linalg.lapack.dpocon(root, norm, uplo="L")[0])
+    # With Y = L⁻¹ X and Z = L⁻¹ F_cᵀ the three products of K⁻¹ above are Yᵀ Y, Zᵀ Y and Zᵀ Z.
     # By columns, as BLAS has it: the result takes its place.
     below = stiffness[count:, :count]
     right = np.concatenate((follows[:, :count], below)).T

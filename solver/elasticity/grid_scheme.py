@@ -108,6 +108,7 @@ def solve_mixed(stiffness: Stiffness, given: NodalFields) -> NodalFields:
     unknown = np.isnan(displacements)
     k = stiffness.matrix
     if unknown.any():
+        # Rows of the unknown displacements, K_uu d_u = f_u - K_ug d_g with d_g given.
         right = forces[unknown] - k[unknown][:, ~unknown] @ displacements[~unknown]
         displacements[unknown] = solve_sparse(k[unknown][:, unknown], right)
     # Given forces stay as given, without the rounding of the product.

@@ -42,6 +42,7 @@ def _solved(whole: Stiffness, poisson: float, nodal_force: Floats) -> InteriorFi
     w_x, w_z = gradient(whole.grid, w)
     dilation = lame(poisson)
     x, z = whole.grid.coordinates().T
+    # Eq. 3 in units of G: σ_xx = λ (u_x + w_z) + 2 u_x, σ_zz likewise, σ_xz = u_z + w_x.
     volumetric = dilation * (u_x + w_z)
     stress_xx, stress_zz = volumetric + 2 * u_x, volumetric + 2 * w_z
     return InteriorFields(x - 0.5, z, u, w, stress_xx=stress_xx, stress_zz=stress_zz, stress_xz=u_z + w_x)

@@ -230,6 +230,7 @@ def _apart(leg: Leg, then: Leg) -> float:
     """The largest difference between the forces of two legs at one displacement."""
     one, other = teeth(leg), teeth(then)
     until = min(one.edges[-1], other.edges[-1])
+    # Forces jump at events: they are compared at each edge and just before it.
     places = np.concatenate((one.edges, other.edges))
     places = np.unique(np.minimum(np.concatenate((places, np.nextafter(places, 0.0))), until))
     apart = one.force(places) - other.force(places)

@@ -107,6 +107,7 @@ class _FaceIntegrals:
 
 def _column_classes(grid: Grid, row: int) -> Iterator[NDArray[np.int64]]:
     """The columns of a row in classes with the same stencil: left end, right end, inner even and inner odd columns."""
+    # Even columns stand on nodes of the next coarser row, odd ones half-way between two.
     last = int(grid.counts[row]) - 1
     yield np.array([0])
     yield np.array([last])

@@ -110,6 +110,8 @@ def _middle_depths(ends: _Ends, height: float) -> Floats:
     whole = height / near
     lower = whole - float(ends.thickness(ends.tail).sum()) / near
     first, last = _rows_above(upper, whole), _rows_above(lower, whole)
+    # A strip of `galerkin` takes two intervals, so the number of rows, head + tail + rows + 1, has to be
+    # odd. The 1e-9 below keeps the rounding of a whole number from adding two rows.
     odd = (len(ends.head) + len(ends.tail)) % 2
     wanted = (last - first) * near / (_MIDDLE_THICKNESS * ends.spacing)
     rows = max(2 - odd, 2 * math.ceil((wanted - odd) / 2 - 1e-9) + odd)
@@ -134,6 +136,7 @@ def _rows_depth(rows: float, height: float) -> float:
         return height - _rows_depth(2 * middle - rows, height)
     if rows <= 1.0:
         return rows
+    # Piece by piece: e^(rows - 1) on the way to _THICKEST, from there on _THICKEST more for each row.
     logarithm = math.log(_THICKEST)
     return math.exp(min(rows - 1.0, logarithm)) + _THICKEST * max(0.0, rows - 1.0 - logarithm)
 
@@ -178,6 +181,8 @@ def lengthening(slab: Slab) -> Dense:
     if slab.support == "right_side":
         return np.diag([(long - short) / _modulus(slab), 0.0, 0.0])
     foot = _foot(trunk(slab))
+    # A force on the surface acts on the foot through the lever T of the height, and moves the surface
+    # through it: Tᵀ F T.
     long_lever, short_lever = transfer_matrix(slab, long), transfer_matrix(slab, short)
     more = long_lever.T @ foot @ long_lever
     less = short_lever.T @ foot @ short_lever
@@ -217,6 +222,8 @@ def _foot(slab: Slab) -> Dense:
     row = int(np.argmin(from_middle))
     nodes = k.grid.row_nodes(row)
     above = slab.aspect_ratio + float(k.grid.depths[row])
+    # 1/20 is the mean of x² under the parabola, ∫(3/2 - 6x²) x² dx from -1/2 to 1/2. At x = 0, u has
+    # +ν/(1-ν)·κ/40.
     curvature, squeezed = 12.0 / _modulus(slab), slab.poisson / (1.0 - slab.poisson)
     turned = float(found.w[nodes[-1]] - found.w[nodes[0]]) - curvature * above
     middle = float(found.u[nodes[len(nodes) // 2]])

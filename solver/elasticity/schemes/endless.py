@@ -129,6 +129,8 @@ class Convolution(SurfaceConvolution):
         f_x, f_z = forces
         # A layer that nothing holds sideways has no number for it.
         along = scipy.linalg.matmul_toeplitz(self.along_x, f_x) if f_x.any() else 0.0
+        # First column and first row of the matrix: to the right of a force stands `across`, to its left the
+        # opposite.
         sideways = scipy.linalg.matmul_toeplitz((self.across, -self.across), forces.T)
         return np.array([along + sideways[:, 1], self.w(f_z) - sideways[:, 0]])
 
@@ -144,6 +146,8 @@ class Convolution(SurfaceConvolution):
 
 def _convolve_on_circle(symbol: NDArray[Any], values: Vector, around: int) -> Vector:
     """Multiply the transform of values on a circle of `around` nodes by a symbol; returns the values' own nodes."""
+    # The transform pads the values with zeros up to the circle: nothing comes round to the nodes that are
+    # read.
     transform = symbol * scipy.fft.rfft(values, around)
     return np.asarray(scipy.fft.irfft(transform, around)[: len(values)])
 

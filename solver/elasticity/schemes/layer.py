@@ -56,6 +56,7 @@ class Layer(PlanarScheme):
         inside = slab.spacing / math.sqrt(12.0)
         splines = _splines(slab, slab.spacing * math.sqrt(2.0) * slab.n_x)
         u, w, across = np.zeros((3, len(offsets), len(offsets)))
+        # Two points each way: each stands for a quarter of the square. cos 2θ is 2 cos² θ - 1.
         for x in (offsets - inside, offsets + inside):
             for y in (offsets - inside, offsets + inside):
                 r = np.hypot(x[:, None], y)
@@ -83,6 +84,7 @@ def _splines(slab: Slab, farthest: float) -> "scipy.interpolate.CubicSpline":
     for some in np.array_split(np.arange(len(r)), math.ceil(len(r) * len(waves) / AT_ONCE)):
         turns = np.outer(r[some], waves)
         zeroth, first = scipy.special.j0(turns), scipy.special.j1(turns)
+        # J_2(x) = 2 J_1(x)/x - J_0(x), whose terms cancel for small x: there it is x²/8.
         second = np.where(turns > SMALL, 2.0 * first / np.maximum(turns, SMALL) - zeroth, turns**2 / 8.0)
         for row, (bessel, transform) in enumerate(
             ((zeroth, (along_x + along_y) / 2), (second, (along_x - along_y) / 2), (zeroth, along_z), (first, mixed))

@@ -33,11 +33,14 @@ class PlaneConvolution(SurfaceConvolution):
 
     def __post_init__(self) -> None:
         offsets = np.arange(-(self._n - 1), self._n)
+        # On a circle of 2n - 1 places or more the offsets -(n-1) … n-1 keep apart. The transform expects the
+        # negative ones at its end, where an array's negative indices lead.
         around = scipy.fft.next_fast_len(len(offsets), real=True)
         circle = np.zeros((2, 2, around, around))
         circle[:, :, offsets[:, None], offsets] = self.by_offset
         self.by_offset.setflags(write=False)
         object.__setattr__(self, "_spectrum", scipy.fft.rfft2(circle))
+        # Conjugate gradients need a preconditioner that is positive.
         object.__setattr__(self, "_inverse", 1.0 / np.abs(self._spectrum[1, 1]))
 
     @property

@@ -46,6 +46,8 @@ class Strip(EndlessScheme):
         below = mean_log(places + 2j * height / spacing)
         image = soft / math.pi * (below - mean_log(places + 0j))
         waves, weights = gauss(height, (nodes + 1) * spacing)
+        # 1/2π ∫ over all k is 1/π ∫ over k > 0, and the remainders are k times the transforms, hence 1/(πk).
+        # In np.sinc the argument has the factor π.
         weights *= np.sinc(waves * spacing / (2.0 * math.pi)) ** 2 / (math.pi * waves)
         transforms = weights * remainders(waves * height, slab)
         found = np.zeros((3, slab.n_x))
