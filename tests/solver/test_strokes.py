@@ -86,6 +86,15 @@ def test_the_loop_of_a_slow_stage_is_that_of_a_jenkins_element_in_series(record,
     assert abs(found.loops.friction_offset) < 1e-3 * force
 
 
+@pytest.mark.parametrize("faster", [1.0, 10.0])
+def test_a_pin_with_a_strong_damper_that_slides_at_a_turn_stops_there(record, faster):
+    """It went on backwards for half of a leg, with friction along its way: 5 % is more than teeth differ."""
+    drive = stroke_of(record, 2.0, 0.01, damping_ratio=3.0, profile="sawtooth", stage_cycles=6)
+    drive = replace(drive, stage_velocity=faster * drive.stage_velocity)
+    legs = measure_strokes(record, plateau_of(record), drive).legs
+    np.testing.assert_allclose(legs.middle_force, friction_of(record), rtol=5e-2)
+
+
 def test_until_the_pin_slides_back_the_spring_force_falls_with_both_stiffnesses_in_series(record):
     drive = stroke_of(record, 1.5, 0.3, damping_ratio=1.0)
     motion = measure_strokes(record, plateau_of(record), drive).motion

@@ -526,8 +526,9 @@ def root(segment: Segment, motion: Motion, quantity: Passing, level: float, end:
             low = tau
         # Newton's method for f/√|f'|, whose second derivative vanishes at the root: each step cubes the error.
         new = tau - value * rate / (rate * rate - 0.5 * value * curvature)
-        # Far out, where large terms cancel, the curvature is rounding and Halley's steps lead nowhere.
-        if not low <= new <= high or (attempt >= 60 and attempt % 2 == 0):
+        # Far out, where large terms cancel, rate and curvature are rounding and Halley's steps lead nowhere: of a rate that
+        # has decayed to 0, as a strongly damped pin's acceleration, they even have no length.
+        if rate == 0.0 or not low <= new <= high or (attempt >= 60 and attempt % 2 == 0):
             tau = 0.5 * (low + high)
             continue
         step, tau = abs(new - tau), new
