@@ -55,6 +55,20 @@ FINE_TEETH = replace(
     _of_drive("profile", "coarse", 'profile = "coarse"', "fine_teeth"),
     there=lambda drive: drive.profile == "sawtooth" and not drive.memory,
 )
+LIGHTER: Final = 0.01
+"""Share of a pin's period that is left without inertia: its mass is 10⁴ times smaller."""
+
+
+def _without_inertia(drive: Drive) -> Drive:
+    """The drive of a far lighter pin, with the same spring, damper and stage.
+
+    In units of a drive mass is 1. A mass that is s² times as large makes its unit of time s times as long: velocities over
+    that are s times as large, and ζ = c/(2√(m·k)) is 1/s times as large.
+    """
+    velocity = LIGHTER * drive.stage_velocity
+    return replace(drive, stage_velocity=velocity, damping_ratio=drive.damping_ratio / LIGHTER)
+
+
 OF_DRIVES: Final[tuple[Effect[Drive], ...]] = (
     TEETH,
     FINE_TEETH,
@@ -72,6 +86,12 @@ OF_DRIVES: Final[tuple[Effect[Drive], ...]] = (
         lambda drive: not (drive.memory or other_than_a_contact(drive)),
         lambda drive: replace(drive, memory=True),
         "memory = true, which adds it",
+    ),
+    Effect(
+        "inertia",
+        lambda drive: drive.stage_stroke is not None,
+        _without_inertia,
+        f"pin_mass times {LIGHTER**2:g}, damping_ratio times {1.0 / LIGHTER:g}: the same damper",
     ),
 )
 SPARED: Final = (TEETH, FINE_TEETH)

@@ -1,11 +1,13 @@
 """Effects of a campaign: changes are those of two campaigns, what is not there is not listed, failures are told."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from nanoslip.solver.drive import Drive
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.study.accuracy.effects import Change, Influence, find_verdict, influences, select_scenes
@@ -76,6 +78,28 @@ def test_what_is_not_there_is_not_listed(tmp_path):
     assert {each.effect for each in found_in(tmp_path, SLIP + UNCOUPLED)} == {"pin_translation", "finite_slab"}
 
 
+def test_without_inertia_a_drive_has_a_light_pin_and_the_same_spring_damper_and_stage():
+    """c = 2ζ√(mk): a mass of 10⁻⁴ with the same c has 100 times the ζ."""
+    (inertia,) = [effect for effect in OF_DRIVES if effect.name == "inertia"]
+    given = {"spring_stiffness": 150.0, "stage_velocity": 5e-4, "stage_stroke": 2e-3}
+    heavy = Drive.from_si(pin_mass=0.08, damping_ratio=0.3, **given)
+    light = Drive.from_si(pin_mass=0.08e-4, damping_ratio=30.0, **given)
+    found = inertia.without(heavy)
+    assert found.flat == {
+        key: pytest.approx(value, rel=1e-12) if isinstance(value, float) else value for key, value in light.flat.items()
+    }
+    assert inertia.there(heavy)
+    assert not inertia.there(replace(heavy, stage_stroke=None))
+
+
+def test_of_a_stroke_inertia_is_an_effect_with_its_time(tmp_path):
+    """A fast stage with a weak damper overshoots at each slip; of a light pin with that damper nothing does."""
+    text = PULLED + 'stage_stroke = "10 μm"\nstage_cycles = 2\nstage_velocity = "2 mm/s"\n'
+    (found,) = [each for each in found_in(tmp_path, text) if (each.effect, each.variable) == ("inertia", "loop_energy")]
+    assert abs(found.change) > 2.0 * found.uncertainty > 0.0
+    assert found.seconds > 0.0
+
+
 @pytest.mark.slow
 def test_what_is_there_changes_a_number_that_depends_on_it(tmp_path):
     """Effects of a drive do not touch numbers of its record; a contact is the same however it slides."""
@@ -87,7 +111,7 @@ def test_what_is_there_changes_a_number_that_depends_on_it(tmp_path):
     )
     of_record = {each.effect for each in found if each.variable == "plateau_mean"}
     assert of_record == {effect.name for effect in OF_CASES} - {"roughness", "strength", "third_dimension"}
-    assert {each.effect for each in found} - of_record == {effect.name for effect in OF_DRIVES} - {"memory"}
+    assert {each.effect for each in found} - of_record == {effect.name for effect in OF_DRIVES} - {"memory", "inertia"}
 
 
 def test_a_change_of_several_cases_is_their_mean_and_its_range_names_them(tmp_path):
