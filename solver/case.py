@@ -413,8 +413,8 @@ class Case:
         slab = {name: parameters[name] for name in parameters.keys() & parameters_of_a_slab().keys()}
         parts: dict[str, Any] = {"slab": Slab.of(slab)}
         for part, kind in PARTS.items():
-            parts[part] = kind(**_of(kind, parameters))
-        return cls(**_of(cls, parameters), **parts)
+            parts[part] = kind(**_pick_parameters(kind, parameters))
+        return cls(**_pick_parameters(cls, parameters), **parts)
 
     @property
     def flat(self) -> dict[str, Any]:
@@ -538,7 +538,7 @@ PARTS: Final[dict[str, type]] = {
 _TYPES: Final[dict[str, type]] = {"slab": Slab, **PARTS}
 
 
-def _of(kind: type, parameters: Mapping[str, Any]) -> dict[str, Any]:
+def _pick_parameters(kind: type, parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {name: parameters[name] for name in declared(kind) if name in parameters}
 
 

@@ -180,7 +180,7 @@ class Drive:
         validate(self)
         settings: Any = self.integrator
         if not isinstance(settings, Integrator):
-            settings = INTEGRATORS.named(settings)()
+            settings = INTEGRATORS.find_member(settings)()
         object.__setattr__(self, "integrator", settings)
         settings.fit(self)
         if not self.surface_compliance and not settings.rests:
@@ -209,7 +209,7 @@ class Drive:
         """
         refuse_without_stroke(parameters)
         in_si = cls.of({**si_defaults(), **convert_to_seconds(parameters, pin_mass)})
-        return in_si.scaled(scales or Scales(), pin_mass, only_length(parameters))
+        return in_si.convert_units(scales or Scales(), pin_mass, only_length(parameters))
 
     @property
     def stroke_duration(self) -> float:
@@ -246,7 +246,7 @@ class Drive:
         own = {name: getattr(self, name) for name in declared(type(self))}
         return own | INTEGRATORS.flat(self.integrator)
 
-    def scaled(self, scales: Scales, pin_mass: float, length: tuple[str, float] | None = None) -> Self:
+    def convert_units(self, scales: Scales, pin_mass: float, length: tuple[str, float] | None = None) -> Self:
         """A drive given in SI in the solver's units. Raises InvalidInput if a value is out of range in them.
 
         length: which of the `DURATIONS` was given, and its value, which messages show; None without any.
@@ -279,7 +279,7 @@ def _check_range(key: str, given: float, value: float, stated: Parameter, own: f
     if not stated.holds(value):
         least, most = max(stated.least, stated.least * own), min(stated.most, stated.most * own)
         bounds = dataclasses.replace(stated, least=least, most=most, note=note)
-        require(key, given, False, partial(bounds.allowed, whole=False))
+        require(key, given, False, partial(bounds.describe_range, whole=False))
     return value
 
 

@@ -30,7 +30,7 @@ def _is_fixed(drive: Drive, key: str) -> bool:
     return (drive.memory and key in OVER_A_CONTACT) or (drive.stage_stroke is not None and key in TO_AND_FRO)
 
 
-def _of_drive(key: str, off: Any, setting: str, name: str = "") -> Effect[Drive]:
+def _drive_effect(key: str, off: Any, setting: str, name: str = "") -> Effect[Drive]:
     """A field of a drive that has a value without the effect; with memory there are no other teeth of a record."""
     return Effect(
         name or key,
@@ -50,9 +50,9 @@ def _case_effect(part: str, key: str, off: Any, setting: str) -> Effect[Case]:
     )
 
 
-TEETH = _of_drive("profile", "mean", 'profile = "mean"', "teeth")
+TEETH = _drive_effect("profile", "mean", 'profile = "mean"', "teeth")
 FINE_TEETH = replace(
-    _of_drive("profile", "coarse", 'profile = "coarse"', "fine_teeth"),
+    _drive_effect("profile", "coarse", 'profile = "coarse"', "fine_teeth"),
     there=lambda drive: drive.profile == "sawtooth" and not drive.memory,
 )
 LIGHTER: Final = 0.01
@@ -73,14 +73,14 @@ OF_DRIVES: Final[tuple[Effect[Drive], ...]] = (
     TEETH,
     FINE_TEETH,
     replace(
-        _of_drive("surface_compliance", False, "surface_compliance = false"),
+        _drive_effect("surface_compliance", False, "surface_compliance = false"),
         there=lambda drive: (
             drive.surface_compliance and drive.integrator.rests and not _is_fixed(drive, "surface_compliance")
         ),
     ),
-    _of_drive("reverse_motion", False, "reverse_motion = false"),
-    _of_drive("damping_ratio", 0.0, "damping_ratio = 0", "damping"),
-    _of_drive("memory", False, "memory = false"),
+    _drive_effect("reverse_motion", False, "reverse_motion = false"),
+    _drive_effect("damping_ratio", 0.0, "damping_ratio = 0", "damping"),
+    _drive_effect("memory", False, "memory = false"),
     Effect(
         "memory, added",
         lambda drive: not (drive.memory or other_than_a_contact(drive)),

@@ -47,9 +47,9 @@ class Ensemble:
         if self.members == 1:
             return case
         drawn = draw_start(case, number, *_start_numbers(case))
-        return self.moved(case, drawn._replace(seed=case.heterogeneity.seed + number * SEEDS))
+        return self.move_case(case, drawn._replace(seed=case.heterogeneity.seed + number * SEEDS))
 
-    def moved(self, case: Case, chance: "Chance") -> Case:
+    def move_case(self, case: Case, chance: "Chance") -> Case:
         """The case moved by a number of spacings, at another place on its profile, with nodes of another seed."""
         drawn = case.heterogeneity
         if drawn.spread:

@@ -13,11 +13,11 @@ def cache_last(function: Callable[[Of], Answer]) -> Callable[[Of], Answer]:
     known: tuple[Of, Answer] | None = None
 
     @wraps(function)
-    def found(value: Of) -> Answer:
+    def look_up(value: Of) -> Answer:
         nonlocal known
         last = known  # another thread may ask meanwhile
         if last is None or last[0] is not value:
             known = last = value, function(value)
         return last[1]
 
-    return found
+    return look_up

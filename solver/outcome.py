@@ -192,7 +192,7 @@ class InvalidInput(SolverError, ValueError):
         """Allowed values, in words."""
         return self._need if isinstance(self._need, str) else self._need(self.key)
 
-    def named(self, names: Mapping[str, str]) -> "InvalidInput":
+    def rename_keys(self, names: Mapping[str, str]) -> "InvalidInput":
         """Error with other names for some keys."""
         beside = {names.get(key, key): value for key, value in self.beside.items()}
         return InvalidInput(names.get(self.key, self.key), self.value, self._need, beside)

@@ -167,7 +167,9 @@ def as_field(declared: Quantity) -> Any:
 def quantities(kind: type, prefix: str = "") -> Mapping[str, Quantity]:
     """Name of each number (prefix and field) of a dataclass that is declared as a quantity -> its declaration."""
     return {
-        f"{prefix}{item.name}": replace(_named(item.metadata[_KEY], f"{prefix}{item.name}"), counted=item.type is int)
+        f"{prefix}{item.name}": replace(
+            _name_quantity(item.metadata[_KEY], f"{prefix}{item.name}"), counted=item.type is int
+        )
         for item in fields(kind)
         if _KEY in item.metadata
     }
@@ -192,7 +194,7 @@ def attributes(quantity: Quantity) -> dict[str, Any]:
     return {"long_name": quantity.long_name} | units | given
 
 
-def _named(declared: Quantity, key: str) -> Quantity:
+def _name_quantity(declared: Quantity, key: str) -> Quantity:
     name, twin = declared.name or key, declared.si
     return replace(
         declared,
@@ -258,7 +260,7 @@ class Parameter:
         inside = self.least <= number <= self.most and self.above < number < self.below
         return inside or number in self.also
 
-    def allowed(self, name: str, whole: bool) -> str:
+    def describe_range(self, name: str, whole: bool) -> str:
         """Allowed values, in words."""
         if self.need:
             return self.need
@@ -287,11 +289,11 @@ def declared(kind: type) -> Mapping[str, Parameter]:
     """The parameters among the fields of a dataclass, by name, in their order."""
     if kind not in _declared:
         own = (item for item in fields(kind) if _PARAMETER_KEY in item.metadata)
-        _declared[kind] = MappingProxyType({item.name: _completed(item, kind) for item in own})
+        _declared[kind] = MappingProxyType({item.name: _complete_parameter(item, kind) for item in own})
     return _declared[kind]
 
 
-def _completed(item: "dataclasses.Field[Any]", kind: Any) -> Parameter:
+def _complete_parameter(item: "dataclasses.Field[Any]", kind: Any) -> Parameter:
     stated: Parameter = item.metadata[_PARAMETER_KEY]
     number = _field_conversion(item.type) not in (None, bool)
     table = stated.table or getattr(kind, "TABLE", "")
@@ -332,12 +334,12 @@ def validate(value: Any) -> None:
     kind = type(value)
     if kind not in _checks:
         types = {item.name: item.type for item in fields(kind)}
-        checks = tuple(_Check.of(name, stated, types[name]) for name, stated in declared(kind).items())
+        checks = tuple(_Check.make(name, stated, types[name]) for name, stated in declared(kind).items())
         _checks[kind] = checks, attrgetter(*(each.name for each in checks), "__class__"), [_NOTHING] * len(checks)
     checks, values_of, accepted = _checks[kind]
     for place, given in enumerate(values_of(value)[:-1]):
         if given is not accepted[place]:  # of a campaign's many cases most values are the last one's
-            taken = checks[place].taken(given)
+            taken = checks[place].convert_value(given)
             if taken is given:
                 accepted[place] = given
             else:
@@ -359,10 +361,10 @@ class _Check(NamedTuple):
     """The declared type, if values are converted to it."""
 
     @classmethod
-    def of(cls, name: str, stated: Parameter, kind: Any) -> Self:
+    def make(cls, name: str, stated: Parameter, kind: Any) -> Self:
         return cls(name, stated, type(None) in get_args(kind), field_choices(kind), _field_conversion(kind))
 
-    def taken(self, given: Any) -> Any:
+    def convert_value(self, given: Any) -> Any:
         """The value in its declared type. Raises InvalidInput."""
         if given is None and self.optional:
             return None
@@ -377,7 +379,7 @@ class _Check(NamedTuple):
         for each in (value,) if self.plain in (int, float) else several:
             numbers = each if self.plain is Roughness else (each,)
             if not all(map(self.stated.holds, numbers)):
-                require(self.name, each, False, partial(self.stated.allowed, whole=self.plain is int))
+                require(self.name, each, False, partial(self.stated.describe_range, whole=self.plain is int))
         return value
 
 
@@ -487,7 +489,7 @@ class Family(dict[str, type[T]]):
         self[kind.name] = kind  # type: ignore[attr-defined]
         return kind
 
-    def named(self, name: object) -> type[T]:
+    def find_member(self, name: object) -> type[T]:
         """Settings type of this name. Raises InvalidInput if none is registered."""
         if isinstance(name, str) and name in self:
             return self[name]
@@ -505,7 +507,7 @@ class Family(dict[str, type[T]]):
         if not isinstance(chosen, str) and type(chosen) in self.values():
             own = {name: getattr(chosen, name) for name in declared(type(chosen))}
             chosen = chosen.name
-        kind = self.named(chosen)
+        kind = self.find_member(chosen)
         given = {**parameters, **own}
         given = {name: given[name] for name in self.settings() if given.get(name) is not None}
         for name, value in given.items():

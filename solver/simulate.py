@@ -52,13 +52,13 @@ class DriveResult(Viewed):
         `long_name` states.
         """
         units = scales.units(pin_mass) if scales else {}
-        return as_dataset(self._labelled(), self._factors() | units, self.outcome)
+        return as_dataset(self._label_values(), self._factors() | units, self.outcome)
 
     def _facts(self) -> Iterable[str]:
         *numbers, ended = self.coefficients._facts()
         return *numbers, f"{len(self.motion.slip_time)} slips", ended
 
-    def _labelled(self) -> Iterator[Labelled]:
+    def _label_values(self) -> Iterator[Labelled]:
         return chain(
             label_numbers(self.motion), label_numbers(self.coefficients), label_numbers(self.plateau, Plateau.PREFIX)
         )

@@ -62,11 +62,11 @@ class Scheme(ABC):
         """True if it accepts this number of surface nodes."""
         return 2 <= grid_levels(n_x) <= MOST_LEVELS
 
-    def stored_numbers(self, slab: "Slab") -> int:
+    def count_stored_numbers(self, slab: "Slab") -> int:
         """Number of entries of a surface compliance that is kept for others; 0 if it is computed faster than read."""
         return (2 * slab.n_x) ** 2
 
-    def completed(self, slab: "Slab") -> Self:
+    def complete_settings(self, slab: "Slab") -> Self:
         """These settings with the scheme's own values in place of None. Raises InvalidInput for what does not fit the slab."""
         if self.bottomless:
             require("support", slab.support, slab.support == "bonded", 'scheme = "galerkin" or "biquadratic"')
@@ -137,13 +137,13 @@ class Slab:
         validate(self)
         settings: Any = self.scheme
         if not isinstance(settings, Scheme):
-            settings = SCHEMES.named(settings)()
+            settings = SCHEMES.find_member(settings)()
         require("n_x", self.n_x, settings.takes(self.n_x), settings.sizes)
         taken = settings.incompressible or self.poisson < 0.5
         require("poisson", self.poisson, taken, "less than 0.5 with a grid; others take 0.5")
         # Settings may depend on the spacing, and so on the layout of their own scheme.
         object.__setattr__(self, "scheme", settings)
-        object.__setattr__(self, "scheme", settings.completed(self))
+        object.__setattr__(self, "scheme", settings.complete_settings(self))
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:

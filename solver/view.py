@@ -70,9 +70,9 @@ class Labels(OneLine):
 
     def to_xarray(self) -> "xr.Dataset":
         """The numbers as an `xr.Dataset`, with names, units and attributes of the variables of a campaign's dataset."""
-        return as_dataset(self._labelled(), self._factors(), self._outcome())
+        return as_dataset(self._label_values(), self._factors(), self._outcome())
 
-    def _labelled(self) -> Iterator[Labelled]:
+    def _label_values(self) -> Iterator[Labelled]:
         return label_numbers(self)
 
     def _factors(self) -> dict[str, float]:

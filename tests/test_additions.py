@@ -72,7 +72,7 @@ class Winkler(Scheme):
     def __post_init__(self) -> None:
         validate(self)
 
-    def completed(self, slab: Slab) -> "Winkler":
+    def complete_settings(self, slab: Slab) -> "Winkler":
         return self
 
     def matrix(self, slab: Slab) -> np.ndarray:

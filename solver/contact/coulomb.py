@@ -384,7 +384,7 @@ def raise_load_of_sliding(solved: CoulombContact, target: float) -> None:
 
 def change(solved: CoulombContact, kind: EventKind, node: int) -> float:
     """Answer an event (none if `kind` is NOTHING) and all that follows from it at once; returns the energy dissipated."""
-    before = Place.of(solved)
+    before = Place.read(solved)
     if kind != EventKind.NOTHING:
         answers = {EventKind.SLIP: let_slide, EventKind.RELEASE: release, EventKind.TOUCH: touch}
         answers[kind](solved, node)
@@ -393,7 +393,7 @@ def change(solved: CoulombContact, kind: EventKind, node: int) -> float:
     if solved.case.slip_rule.strength == 0.0:
         return 0.0
     solved.load_work += solved.normal_load * (solved.approach - before.approach)
-    return before.lost_until(solved)
+    return before.energy_lost(solved)
 
 
 def next_change(solved: CoulombContact, rates: Rates) -> tuple[float, EventKind, int]:
@@ -427,7 +427,7 @@ def advance(solved: CoulombContact, step: float, rates: Rates) -> float:
     if solved.stalled > MOST_STALLED * len(solved.u):
         # A node that touches is pulled off at once, and closes in at once when free: no motion is consistent.
         raise CoulombError(Stop.SLIP_UNBOUNDED)
-    before, load = Place.of(solved), solved.normal_load
+    before, load = Place.read(solved), solved.normal_load
     # Sticking nodes move exactly with the pin; their rates have passed through a solve.
     moved = np.where(solved.contact & (solved.sliding == 0.0), pin_rate, rates[2])
     solved.u = solved.u + step * moved
@@ -435,7 +435,7 @@ def advance(solved: CoulombContact, step: float, rates: Rates) -> float:
     solved.normal_load += load_rate * step
     solved.solve()
     solved.load_work += (load + solved.normal_load) / 2 * (solved.approach - before.approach)
-    return before.lost_until(solved)
+    return before.energy_lost(solved)
 
 
 class Place(NamedTuple):
@@ -447,11 +447,11 @@ class Place(NamedTuple):
     approach: float
 
     @classmethod
-    def of(cls, solved: CoulombContact) -> Self:
+    def read(cls, solved: CoulombContact) -> Self:
         """The forces and displacements of a contact now."""
         return cls(solved.force, solved.u - solved.displacement, solved.v, solved.approach)
 
-    def lost_until(self, solved: CoulombContact) -> float:
+    def energy_lost(self, solved: CoulombContact) -> float:
         """Energy dissipated since then, by the trapezoidal rule: along a step forces are linear but for the pin's
         curvature, and the forces of a released node fall in proportion to its displacement."""
         mean = (self.force + solved.force) / 2

@@ -53,7 +53,7 @@ class ContactSystem:
 
     def keep(self) -> "ContactSystem":
         """Store the results for all right sides, which pays off for a set that recurs often."""
-        solved = self._solved(np.eye(len(self._with_load)))
+        solved = self._solve_with_load(np.eye(len(self._with_load)))
         # Right sides that are a unit matrix give the inverse; its forces, times the compliance, all
         # displacements.
         all_entries = np.arange(2 * len(self._base))
@@ -61,11 +61,11 @@ class ContactSystem:
         self.answers = np.hstack((solved, solved[:, :-1] @ everywhere.T))
         return self
 
-    def is_of(self, contact: Nodes) -> bool:
+    def matches_set(self, contact: Nodes) -> bool:
         """True if the system was factorized for exactly this set."""
         return np.array_equal(contact, self._base)
 
-    def is_near(self, contact: Nodes) -> bool:
+    def is_similar(self, contact: Nodes) -> bool:
         """True if a set (n,) differs so little that a bordered update pays off."""
         changes, nodes = np.count_nonzero(contact ^ self._base), np.count_nonzero(self._base)
         return bool(changes == 0 or (nodes > FEW_NODES and changes <= NEAR_SHARE * nodes))
@@ -81,7 +81,7 @@ class ContactSystem:
         right = np.zeros(2 * n + 1)
         right[n:-1][contact] = heights[contact] - lowest
         right[-1] = -normal_load
-        answer = self._solved(right[self._with_load][None])[0]
+        answer = self._solve_with_load(right[self._with_load][None])[0]
         changed = (members ^ self._members).nonzero()[0]
         forces = np.zeros(2 * n)
         if len(changed):
@@ -93,7 +93,7 @@ class ContactSystem:
             forces[changed] = np.where(members[changed], added, 0.0)
         return finite(forces), float(answer[-1]) + lowest
 
-    def answered(self, contact: Nodes, heights: Vector, normal_load: float) -> tuple[Vector, float, Vector]:
+    def look_up_answer(self, contact: Nodes, heights: Vector, normal_load: float) -> tuple[Vector, float, Vector]:
         """Forces and approach of the set that it is kept for, and the displacements [u; w] (2n,) under them."""
         assert self.answers is not None
         entries, pressed = len(self._entries), heights[contact]
@@ -105,7 +105,7 @@ class ContactSystem:
         forces[self._entries] = answer[:entries]
         return finite(forces), float(answer[entries]) + lowest, answer[entries + 1 :]
 
-    def _solved(self, rows: Dense) -> Dense:
+    def _solve_with_load(self, rows: Dense) -> Dense:
         """Forces and approach (any, size + 1) for right sides that are rows, the load's last."""
         forces = self._solve(rows[:, :-1])
         found = np.empty_like(rows)
@@ -145,7 +145,7 @@ class ContactSystem:
         # Normal forces, the second half of all entries, count for the load.
         rows[~gone, -1] = come >= len(self._base)
         columns[~gone, -1] = rows[~gone, -1]
-        columns = self._solved(columns)
+        columns = self._solve_with_load(columns)
         above = [self._products, self._rows @ columns.T]
         below = [rows @ self._columns.T, rows @ columns.T]
         self._products = np.block([above, below])
@@ -230,16 +230,16 @@ class Exchange:
             self._left.clear()
         self._patience -= 1
         if self._patience >= 0:
-            return Exchanged(self._kept(contact ^ wrong), all_at_once=True, again=False)
+            return Exchanged(self._keep_a_node(contact ^ wrong), all_at_once=True, again=False)
         known = contact.tobytes()
         again = known in self._left
         self._left.add(known)
         following = contact.copy()
         # Always the one furthest right: a fixed order excludes cycles, the worst node first may go round in them.
         following[np.flatnonzero(wrong)[-1]] ^= True
-        return Exchanged(self._kept(following), all_at_once=False, again=again)
+        return Exchanged(self._keep_a_node(following), all_at_once=False, again=again)
 
-    def _kept(self, contact: Nodes) -> Nodes:
+    def _keep_a_node(self, contact: Nodes) -> Nodes:
         if not contact.any():
             contact[self._lowest] = True
         return contact
@@ -305,7 +305,7 @@ def _iterates(case: Case, compliance: Compliance, start: NormalContact, stuck: b
     exchange = Exchange(surface_from_axis(case))
     system = _system(case, compliance, contact, u, stuck)
     for _ in range(MOST_ROUNDS):
-        if not system.is_near(contact):
+        if not system.is_similar(contact):
             system = _system(case, compliance, contact, u, stuck)
         found = _press_nodes(case, compliance, system, contact, u, stuck)
         wrong = wrong_nodes(case, found)
@@ -315,11 +315,11 @@ def _iterates(case: Case, compliance: Compliance, start: NormalContact, stuck: b
             return
         before, moved, u = moved, float(np.abs(found.u - u).max()), found.u
         if right:
-            if system.is_of(contact) and moved <= rounding_at_rest(case, found):
+            if system.matches_set(contact) and moved <= rounding_at_rest(case, found):
                 yield found
                 return
             # The set is right, u still moves: with fresh slopes the next step is Newton's, which converges at once.
-            if not system.is_of(contact) or moved > SLOW * before:
+            if not system.matches_set(contact) or moved > SLOW * before:
                 system = _system(case, compliance, contact, u, stuck)
             yield found._replace(converged=False)
             continue
@@ -377,6 +377,6 @@ def _press_nodes(
         forces, approach = system.forces(contact, heights, case.normal_load)
         moved = compliance.displacements(forces.reshape(2, n), coupled).ravel()
     else:
-        forces, approach, moved = system.answered(contact, heights, case.normal_load)
+        forces, approach, moved = system.look_up_answer(contact, heights, case.normal_load)
     u = np.where(contact, 0.0, moved[:n]) if stuck else moved[:n]
     return NormalContact(contact, -forces[n:], u, moved[n:] + approach, approach, converged=True)

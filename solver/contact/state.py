@@ -93,7 +93,7 @@ class ContactState(Viewed):
         yield f"F/W {self.friction_force / self.normal_force:.4g}" if self.contact.any() else "no force"
         yield describe_outcome(self.outcome)
 
-    def _labelled(self) -> Iterator[Labelled]:
+    def _label_values(self) -> Iterator[Labelled]:
         yield from label_numbers(self)
         yield NODE_X, self.x
         if "y" in self.layout.AXES:

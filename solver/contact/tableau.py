@@ -22,7 +22,7 @@ from nanoslip.solver.elasticity.compliance import (
     border_matrix,
     invert_bordered,
     portions,
-    taken,
+    take_entries,
 )
 from nanoslip.solver.elasticity.schemes.endless import SurfaceConvolution
 
@@ -76,7 +76,7 @@ def tableau(compliance: Entries, contact: Nodes, into: Dense, reciprocal: bool =
 def window_entries(compliance: Compliance, window: Window, matrix: Dense | None = None) -> Entries:
     """Entries of the compliance of a window's nodes among each other: of its matrix, if there is one."""
     if matrix is not None and len(matrix):
-        return partial(taken, matrix)
+        return partial(take_entries, matrix)
     both = np.concatenate((window, window + compliance.slab.nodes))
     return lambda rows, columns: compliance.entries(both[rows], both[columns])
 

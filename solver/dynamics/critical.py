@@ -16,7 +16,7 @@ from typing import Final, NamedTuple
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.duration import measure_motion
-from nanoslip.solver.dynamics.friction_limit import friction_limit_of
+from nanoslip.solver.dynamics.friction_limit import make_friction_limit
 from nanoslip.solver.dynamics.regime import CriticalVelocity, Regime, Search, count_sticks
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.sliding.plateau import Plateau
@@ -54,7 +54,7 @@ def critical_velocity(record: FrictionRecord, plateau: Plateau, drive: Drive) ->
 
     # Beyond critical damping there is no half period to decay in; the bound for 1 holds all the more.
     lost = math.expm1(2.0 * math.pi * min(drive.damping_ratio, 1.0))
-    peak = float(friction_limit_of(record, plateau, drive.profile).force.max())
+    peak = float(make_friction_limit(record, plateau, drive.profile).force.max())
     # e = V√(k·(exp(2πζ) - 1)), solved for V.
     fastest = peak / math.sqrt(drive.spring_stiffness * lost) if lost else math.inf
     return CriticalVelocity(*boundary(sticks, fastest))

@@ -16,7 +16,7 @@ import numpy as np
 
 from nanoslip.solver.drive import Drive, lag_time
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
-from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit, make_friction_limit
 from nanoslip.solver.dynamics.integrators import Pull, integrate
 from nanoslip.solver.dynamics.regime import RISING, count_sticks, decay_rate, start_is_forgotten
 from nanoslip.solver.dynamics.result import DynamicsResult, ending_parameter
@@ -42,7 +42,7 @@ def measure_motion(
 
     Raises NoPlateauError if the record has no steady part that could be continued.
     """
-    limit = friction_limit_of(record, plateau, drive.profile)
+    limit = make_friction_limit(record, plateau, drive.profile)
     may_slide = cache(lambda: _may_slide(limit, drive, record.initial_stiffness))
 
     def lasting(duration: float | None) -> tuple[DynamicsResult, FrictionCoefficients]:

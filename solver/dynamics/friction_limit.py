@@ -64,16 +64,16 @@ class FrictionLimit:
     @property
     def steady_force(self) -> float:
         """Mean of F̃ over one period, in G·L_x·L_y."""
-        width, middle = self._repeated_teeth()
+        width, middle = self._period_teeth()
         return float(width @ middle / width.sum())
 
     @property
     def uneven_work(self) -> float:
         """Largest work of F̃ less its mean, from any tooth of a period to any other, in G·L_x²·L_y."""
-        width, middle = self._repeated_teeth()
+        width, middle = self._period_teeth()
         return float(np.ptp(np.cumsum(width * (middle - self.steady_force))))
 
-    def _repeated_teeth(self) -> tuple[Floats, Floats]:
+    def _period_teeth(self) -> tuple[Floats, Floats]:
         """Width and mean force of each tooth of a period."""
         repeats = slice(self.periodic_from, None)
         width = np.diff(self.edges[repeats])
@@ -173,7 +173,7 @@ def _edges_kept(edges: Floats, shortest: float) -> NDArray[np.intp]:
     return np.union1d(np.flatnonzero(is_first), len(edges) - 1)
 
 
-def friction_limit_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> FrictionLimit:
+def make_friction_limit(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> FrictionLimit:
     """F̃ in this shape (`PROFILE_SHAPES`). Raises NoPlateauError if the record has no plateau."""
     return PROFILE_SHAPES[shape](record, plateau)
 

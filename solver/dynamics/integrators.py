@@ -45,7 +45,7 @@ def rounding_outcome(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
     teeth = len(friction_limit.force) - friction_limit.periodic_from
     position_noise = _DIGIT * way * teeth / friction_limit.period if uneven else 0.0
     if force_noise > max(LARGEST_NOISE, position_noise):
-        return _refused(
+        return _rounding_refusal(
             "rounded_force",
             f"spring_stiffness × stage_velocity × duration rounds the spring force by {force_noise:.1e} of the friction force: "
             "soften the spring, slow the stage or shorten the drive",
@@ -53,7 +53,7 @@ def rounding_outcome(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
         )
     if position_noise > LARGEST_NOISE:
         mean = ', or take profile = "mean"' if force_noise <= LARGEST_NOISE else ""
-        return _refused(
+        return _rounding_refusal(
             "rounded_position",
             f"stage_velocity × duration rounds the position by {position_noise:.1e} of the friction profile's mean tooth: "
             "slow the stage or shorten the drive",
@@ -71,7 +71,7 @@ def nothing(samples: int) -> Course:
     )
 
 
-def _refused(cause: str, message: str, noise: float, other: str = "") -> Outcome:
+def _rounding_refusal(cause: str, message: str, noise: float, other: str = "") -> Outcome:
     factor = f" (by a factor of {noise / LARGEST_NOISE:.2g} or more)"
     return Outcome(Ending.ROUNDING, f"{message}{factor}{other}", cause=cause)
 

@@ -141,7 +141,7 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
     )
     rings = regime == "slides" and result.settling_time >= lag_time(drive)
     ringing = _ringing_ends(result, drive, RINGING * result.spring_force_range) if rings else 0.0
-    unsettled = _unsettled_reason(result, drive, late, ringing) if repeats else ""
+    unsettled = _explain_no_period(result, drive, late, ringing) if repeats else ""
     if unsettled or not repeats:
         return StickSlipCount(slips, resticks, stuck, regime, math.nan, math.nan, unsettled, ringing)
     period = float(np.diff(result.slip_time[late]).mean()) if regime == "stick_slip" and late.sum() > 1 else math.nan
@@ -186,7 +186,7 @@ def _ringing_ends(result: DynamicsResult, drive: Drive, force: float) -> float:
     return float(result.slip_time[-1]) + lifetimes / decay
 
 
-def _unsettled_reason(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_], ringing: float) -> str:
+def _explain_no_period(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_], ringing: float) -> str:
     """Reason why the second half of the time shows no period, with advice; empty if it does. late: (s,) slips in it."""
     if late[:1].any():
         what = "the first slip"

@@ -17,7 +17,7 @@ import numpy as np
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.drive import SINE_PIECES, Drive, settling_time
-from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit, make_friction_limit
 from nanoslip.solver.dynamics.integrators import (
     make_motion,
     make_result,
@@ -250,7 +250,7 @@ def measure_strokes(
 
     Raises NoPlateauError if the record has no steady part that could be continued.
     """
-    limit = friction_limit_of(record, plateau, drive.profile)
+    limit = make_friction_limit(record, plateau, drive.profile)
     motion = make_motion(limit, drive, record.initial_stiffness, drive.stroke_duration)
     outcome, legs = rounding_outcome(limit, motion), list[Leg]()
     if outcome.ok:

@@ -113,7 +113,7 @@ class SurfaceCompliance(Compliance):
         return np.array(blocks, order="C").reshape(2 * len(nodes), 2 * len(nodes))
 
     def entries(self, rows: Indices, columns: Indices) -> Dense:
-        return taken(self.matrix, rows, columns)
+        return take_entries(self.matrix, rows, columns)
 
     def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
         n, found = self.slab.n_x, np.zeros(forces.size)
@@ -197,7 +197,7 @@ def _stiffness_of_node(compliance: Compliance, in_contact: bytes) -> float:
 _stiffness_of_node_before = lru_cache(maxsize=KEPT)(_stiffness_of_node)
 
 
-def taken(matrix: Dense, rows: Indices, columns: Indices) -> Dense:
+def take_entries(matrix: Dense, rows: Indices, columns: Indices) -> Dense:
     """The matrix in these rows and columns: much faster by `take`, along the shorter list first, than by both at once."""
     if len(rows) <= len(columns):
         return matrix.take(rows, 0).take(columns, 1)
@@ -253,9 +253,9 @@ def remove_node(stiffness: Dense, place: int) -> Dense:
     # Its forces are set to 0: what held it is shared out among the others.
     # By blocks of the old inverse S, o the nodes that stay and g the one that goes: S_oo - S_og S_gg⁻¹
     # S_go.
-    beside = taken(stiffness, gone, old)
-    shared = np.linalg.solve(taken(stiffness, gone, gone), beside)
-    return taken(stiffness, old, old) - taken(stiffness, old, gone) @ shared
+    beside = take_entries(stiffness, gone, old)
+    shared = np.linalg.solve(take_entries(stiffness, gone, gone), beside)
+    return take_entries(stiffness, old, old) - take_entries(stiffness, old, gone) @ shared
 
 
 def invert_bordered(system: Dense, name: str, room: Dense | None = None) -> Dense:

@@ -105,7 +105,7 @@ class Eliminated(NamedTuple):
     """Reciprocal condition number of the stiffness that was eliminated."""
 
 
-def eliminated(stiffness: Dense, count: int, follows: Dense, bears: Dense) -> Eliminated:
+def eliminate(stiffness: Dense, count: int, follows: Dense, bears: Dense) -> Eliminated:
     """Eliminate the first `count` fields of a front. Raises SingularOperator."""
     norm = _norm(stiffness[:count, :count])
     factors, pivots, info = scipy.linalg.lapack.dgetrf(stiffness[:count, :count])
@@ -124,7 +124,7 @@ def eliminated(stiffness: Dense, count: int, follows: Dense, bears: Dense) -> El
     )
 
 
-def definitely_eliminated(stiffness: Dense, count: int, follows: Dense) -> Eliminated:
+def eliminate_definite(stiffness: Dense, count: int, follows: Dense) -> Eliminated:
     """Eliminate a symmetric, positive definite front with half the arithmetic: K = L Lᵀ, and L⁻¹ is enough."""
     norm = _norm(stiffness[:count, :count])
     root, info = scipy.linalg.lapack.dpotrf(stiffness[:count, :count], lower=1)
@@ -219,10 +219,10 @@ class _Slab:
         """True if the stiffness is symmetric and positive definite."""
         return self.columns is self.rows
 
-    def eliminated(self, inside: Indices) -> _Piece:
+    def eliminate_fields(self, inside: Indices) -> _Piece:
         """Eliminate the fields `inside`, sorted: first each side of a cut, then the cut. Raises SingularOperator."""
         cut, *sides = self._cut(inside)
-        pieces = [self.eliminated(side) for side in sides if len(side)]
+        pieces = [self.eliminate_fields(side) for side in sides if len(side)]
         acting = [_entries(self.rows, cut)]
         if not self.symmetric:
             acting.append(_entries(self.columns, cut))
@@ -237,11 +237,11 @@ class _Slab:
         of_pieces = [(piece, piece.left.follows) for piece in pieces]
         follows = self._surface_response(surface, front, of_pieces)
         if self.symmetric:
-            left = definitely_eliminated(stiffness, len(cut), follows)
+            left = eliminate_definite(stiffness, len(cut), follows)
         else:
             of_pieces = [(piece, piece.left.bears.T) for piece in pieces]
             bears = self._surface_response(surface, front, of_pieces)
-            left = eliminated(stiffness, len(cut), follows, bears.T)
+            left = eliminate(stiffness, len(cut), follows, bears.T)
         self._grow(surface, *left.grown)
         worst = min([left.reciprocal_condition, *(piece.reciprocal_condition for piece in pieces)])
         return _Piece(front.border, surface, left, worst)
@@ -312,7 +312,7 @@ def surface_inverse(matrix: Sparse, places: Dense, surface: Indices, symmetric: 
     number[surface] = np.arange(len(surface))
     found = np.zeros((len(surface), len(surface)))
     columns = matrix if symmetric else scipy.sparse.csr_array(matrix.T)
-    whole = _Slab(matrix, columns, places, number, found).eliminated(np.arange(len(places)))
+    whole = _Slab(matrix, columns, places, number, found).eliminate_fields(np.arange(len(places)))
     if symmetric:
         _dissection_mirror(found)
     return found, whole.reciprocal_condition

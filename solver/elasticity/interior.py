@@ -29,15 +29,15 @@ def interior_fields(slab: Slab, nodal_force: Floats) -> InteriorFields:
     Raises SingularOperator if the slab can move as a rigid body.
     """
     whole = stiffness(trunk(slab))
-    found = _solved(whole, slab.poisson, nodal_force)
+    found = _solve_fields(whole, slab.poisson, nodal_force)
     return found if trunk(slab) == slab else _extend_fields(slab, whole, found, nodal_force.ravel())
 
 
-def _solved(whole: Stiffness, poisson: float, nodal_force: Floats) -> InteriorFields:
+def _solve_fields(whole: Stiffness, poisson: float, nodal_force: Floats) -> InteriorFields:
     """The fields of a slab whose grid reaches from its surface to its bottom."""
     forces, nodes = np.zeros((2, whole.grid.nodes)), int(whole.grid.counts[0])
     forces[:, :nodes] = nodal_force
-    u, w = _displaced(whole, forces.ravel()).reshape(2, -1)
+    u, w = _nodal_displacements(whole, forces.ravel()).reshape(2, -1)
     u_x, u_z = gradient(whole.grid, u)
     w_x, w_z = gradient(whole.grid, w)
     dilation = lame(poisson)
@@ -48,7 +48,7 @@ def _solved(whole: Stiffness, poisson: float, nodal_force: Floats) -> InteriorFi
     return InteriorFields(x - 0.5, z, u, w, stress_xx=stress_xx, stress_zz=stress_zz, stress_xz=u_z + w_x)
 
 
-def _displaced(whole: Stiffness, forces: Vector) -> Vector:
+def _nodal_displacements(whole: Stiffness, forces: Vector) -> Vector:
     """[u; w] of all nodes, (2·nodes,), under forces on them."""
     total = np.zeros_like(forces)
     for one in families(whole):
@@ -70,7 +70,7 @@ def _extend_fields(slab: Slab, whole: Stiffness, found: InteriorFields, force: V
     upper = replace(found, u=carried_u, w=carried_w)
     more = slab.aspect_ratio - trunk(slab).aspect_ratio
     bar = bar_forces(slab.n_x) @ transfer_matrix(slab, more) @ acting
-    lower = _solved(whole, slab.poisson, bar.reshape(2, -1))
+    lower = _solve_fields(whole, slab.poisson, bar.reshape(2, -1))
     lower = replace(lower, z=lower.z - more)
     # The bar is inserted half-way down: only its stresses are left there.
     inside = found.z > -trunk(slab).aspect_ratio / 2

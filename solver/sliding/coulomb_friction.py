@@ -78,7 +78,7 @@ class CoulombRun:
         self.last_slips = np.zeros(self.case.slab.nodes, np.int64)
         self.slipped = SlippedNodes(self.solved.first_node, self.last_slips.copy())
 
-    def _left(self) -> float:
+    def _remaining_way(self) -> float:
         """Length of the way that is left."""
         solved, (pin_rate, load_rate, _) = self.solved, self.way.direction
         if not pin_rate:
@@ -99,7 +99,7 @@ class CoulombRun:
         rates = coulomb.stick_and_slide_in_motion(solved)
         self.initial_stiffness = self.way.stiffness(float(rates[0][0].sum()))
         self.presliding = presliding_length(coulomb.limit_of_all(solved), self.initial_stiffness)
-        while len(self.rows) < (case.max_events or math.inf) and (left := self._left()) > 0.0:
+        while len(self.rows) < (case.max_events or math.inf) and (left := self._remaining_way()) > 0.0:
             report_progress(max(solved.gone / (solved.gone + left), len(self.rows) / (case.max_events or math.inf)))
             step, kind, node = coulomb.next_change(solved, rates)
             longest = min(self._longest(), left)

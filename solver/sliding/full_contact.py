@@ -181,16 +181,16 @@ def compile_state(
 ) -> CompiledContact:
     """A compiled contact in this state; on a surface without ends with a grid that has gone on where the contact has."""
     load, direction, _ = way or Way(case.normal_load)
-    followed = _followed(case, state, whole)
+    followed = _nodes_to_follow(case, state, whole)
     if nodes := dropped_nodes(case, followed, state.contact, direction.pin_rate):
         state = advance_grid(case, compliance, state, nodes)
-        followed = _followed(case, state, whole)
+        followed = _nodes_to_follow(case, state, whole)
     contact, u, displacement, first = state.contact, state.u, state.displacement, state.first_node
     height = make_pin(case).height(np.where(contact, surface_from_pin(case, first) + u - displacement, 0.0))
     place = (displacement, first, load, direction)
     return compile_contact(case, compliance, contact, u, height, followed, *place, slides=True)
 
 
-def _followed(case: Case, state: ContactState, whole: bool) -> NDArray[np.bool_]:
+def _nodes_to_follow(case: Case, state: ContactState, whole: bool) -> NDArray[np.bool_]:
     where = (state.u, state.w + state.approach, state.displacement, state.first_node)
     return np.ones_like(state.contact) if whole else nodes_in_reach(case, state.contact, *where)

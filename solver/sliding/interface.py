@@ -80,7 +80,7 @@ def interface_contact(case: Case, number: int, share: float = 1.0, places: Ensem
     alone = replace(case, interface=Interface(), normal_load=case.normal_load * share)
     if number == 0:
         return alone
-    return places.moved(alone, draw_start(case, number, case.start))
+    return places.move_case(alone, draw_start(case, number, case.start))
 
 
 def batches(contacts: int) -> list[tuple[int, int]]:

@@ -93,7 +93,7 @@ class Path(Viewed):
         yield f"{sum(len(leg.displacement) for leg in self.legs)} events"
         yield describe_outcome(self.outcome)
 
-    def _labelled(self) -> Iterator[Labelled]:
+    def _label_values(self) -> Iterator[Labelled]:
         return itertools.chain(
             label_numbers(loops_of(self)), label_numbers(leg_numbers(self)), label_numbers(path_line(self))
         )
@@ -128,7 +128,7 @@ def follow(case: Case, compliance: Compliance, seen: Callable[[ContactState], No
     points = [*case.path.points(case.normal_load, before.presliding_length)] if outcome.ok else []
     if outcome.ok:
         seen(start)
-    for leg, state, raised in _followed(alone, compliance, start, points):
+    for leg, state, raised in _follow_legs(alone, compliance, start, points):
         outcome = state.outcome
         flags |= raised
         if not outcome.ok:
@@ -141,7 +141,7 @@ def follow(case: Case, compliance: Compliance, seen: Callable[[ContactState], No
     return Path(tuple(legs), start, end, *constants, cycles, flags & DOUBTFUL, outcome)
 
 
-def _followed(
+def _follow_legs(
     case: Case, compliance: Compliance, start: ContactState, points: Sequence[Point]
 ) -> Iterator[tuple[Leg, ContactState, int]]:
     """Each leg, the contact where it ends, and the validity flags raised on its way."""

@@ -85,7 +85,7 @@ class Plateau(Viewed):
             yield f"{self.spacings:.4g} node spacings"
         yield describe_outcome(self.outcome)
 
-    def _labelled(self) -> Iterator[Labelled]:
+    def _label_values(self) -> Iterator[Labelled]:
         return label_numbers(self, self.PREFIX)
 
     def _picture(self) -> Picture:
@@ -155,13 +155,15 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     begins = RUN_IN * record.presliding_length
     if not begins < record.final_displacement:
         reached = f"the record ends after {record.presliding_lengths:.2g} presliding lengths"
-        return _refused("run_in", f"{reached}, run-in takes {RUN_IN:g}", record)
+        return _missing_plateau("run_in", f"{reached}, run-in takes {RUN_IN:g}", record)
     if events and (whole := math.floor((record.displacement[-1] - begins) / record.spacing)):
         # Counted back from the last event: what is left over falls to run-in.
         begins = record.displacement[-1] - whole * record.spacing
     first, last = int(np.searchsorted(record.displacement, begins)), events - 1
     if last - first < FEWEST_EVENTS:
-        return _refused("few_events", f"{max(last - first, 0)} events after run-in: needs {FEWEST_EVENTS}", record)
+        return _missing_plateau(
+            "few_events", f"{max(last - first, 0)} events after run-in: needs {FEWEST_EVENTS}", record
+        )
     force_after, force_before = record.force_after[first:last], record.force_before[first + 1 :]
     steady = Teeth(record.displacement[first:], force_after, force_before)
     start, end = float(steady.edges[0]), float(steady.edges[-1])
@@ -269,7 +271,7 @@ def _moments(steady: Teeth) -> tuple[float, float]:
     return mean, float(np.sqrt(variance))
 
 
-def _refused(cause: str, message: str, record: FrictionRecord) -> Plateau:
+def _missing_plateau(cause: str, message: str, record: FrictionRecord) -> Plateau:
     """Report no plateau, and the limit to raise: displacement ends a record between two events, events at the last.
 
     A single node has one event in a presliding length: it is no contact yet.

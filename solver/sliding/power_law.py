@@ -193,13 +193,13 @@ def goodness_of_fit(sizes: SizeSample, law: PowerLaw, draws: int = DRAWS) -> flo
     rng = np.random.default_rng([len(sizes.values), draws])
     further = 0
     for _ in range(draws):
-        drawn = find_power_law(_drawn(sizes, law, rng))
+        drawn = find_power_law(_draw_sizes(sizes, law, rng))
         # From a fit of its own, cut-off included, as the sizes' law is: what it was drawn from is farther.
         further += drawn is not None and drawn.distance >= law.distance
     return further / draws
 
 
-def _drawn(sizes: SizeSample, law: PowerLaw, rng: np.random.Generator) -> SizeSample:
+def _draw_sizes(sizes: SizeSample, law: PowerLaw, rng: np.random.Generator) -> SizeSample:
     """Draw the same number of sizes, following the law from its cut-off on."""
     total = len(sizes.values)
     below = sizes.values[: total - law.tail]

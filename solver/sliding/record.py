@@ -159,7 +159,7 @@ class FrictionRecord(Viewed):
         yield f"F/W {self.final_force * self._factors()['normal_load']:.4g} there"
         yield describe_outcome(self.outcome)
 
-    def _labelled(self) -> Iterator[Labelled]:
+    def _label_values(self) -> Iterator[Labelled]:
         yield from label_numbers(self)
         if (y := self.node_y).any():
             yield RECORD_Y, y

@@ -245,14 +245,14 @@ def _size_fields(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
     )
     goodness = f"{of}; share of synthetic samples farther from the power law; below 0.1 it is rejected"
     return [
-        *_declared(f"{size}_exponent", f"power-law exponent of {size}", exponent, symbol="τ", ensemble=True),
-        *_declared(f"{size}_cutoff", f"lower cut-off of {size}", f"{of}; the power law begins there"),
-        *_declared(f"{size}_tail", f"events from {size}_cutoff on"),
-        *_declared(f"{size}_goodness", f"goodness of fit of {size}", goodness),
+        *_declare_fields(f"{size}_exponent", f"power-law exponent of {size}", exponent, symbol="τ", ensemble=True),
+        *_declare_fields(f"{size}_cutoff", f"lower cut-off of {size}", f"{of}; the power law begins there"),
+        *_declare_fields(f"{size}_tail", f"events from {size}_cutoff on"),
+        *_declare_fields(f"{size}_goodness", f"goodness of fit of {size}", goodness),
     ]
 
 
-def _declared(name: str, meaning: str, comment: str = "", **more: Any) -> list[tuple[str, Any, Field[Any]]]:
+def _declare_fields(name: str, meaning: str, comment: str = "", **more: Any) -> list[tuple[str, Any, Field[Any]]]:
     """Declare a field and, if its dataset states a ±, the two numbers that accompany it."""
     beside = ("_uncertainty", "_members") if more.get("ensemble") else ()
     own = (name, Any, quantity(meaning, comment=comment, **more))
@@ -273,9 +273,9 @@ _POOLED: Final = (
 EventDistributions: Any = make_dataclass(
     "EventDistributions",
     [
-        *_declared("sized_events", "events whose sizes are distributed", _POOLED),
+        *_declare_fields("sized_events", "events whose sizes are distributed", _POOLED),
         *(each for size, meaning in SIZES.items() for each in _size_fields(size, meaning)),
-        *(each for name, stated in _ALONE.items() for each in _declared(name, *stated, ensemble=True)),
+        *(each for name, stated in _ALONE.items() for each in _declare_fields(name, *stated, ensemble=True)),
     ],
     frozen=True,
     slots=True,

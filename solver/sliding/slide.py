@@ -70,7 +70,7 @@ def _method(case: Case) -> Callable[[Case, ContactState, Compliance, Way], Run]:
     return slide_with_coulomb_friction if case.slip_rule.residual_shear == 1.0 else slide_full_contact
 
 
-def states_at(case: Case, compliance: Compliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:
+def find_states(case: Case, compliance: Compliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:
     """The contact after each of these events, as far as the record of `case` gets, and how that went.
 
     events: increasing numbers; 0 is initial contact. Of an interface it is the first contact, by itself.

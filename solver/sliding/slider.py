@@ -67,19 +67,19 @@ def _relative_loads(case: Case, compliance: Compliance, compressed: Floats) -> F
     if not is_good[loads <= 2.0 * case.normal_load].all() or not reaches_twice:
         unknown = Outcome(Ending.INVALID, 'loads = "heights": no normal contact about this load; use "exponential"')
         refused = (state.outcome for state in states if not state.outcome.ok)
-        raise _ended(next(refused, unknown))
+        raise _make_error(next(refused, unknown))
     depth = np.log(approach[is_good])
     over_mean_load = np.log(loads[is_good] / case.normal_load)
 
-    def over_mean(logarithm: float) -> Floats:
+    def load_share(logarithm: float) -> Floats:
         depths = logarithm + np.log(compressed)
         return np.asarray(np.exp(np.interp(depths, depth, over_mean_load)))
 
     def missing(logarithm: float) -> float:
-        return float(over_mean(logarithm).mean()) - 1.0
+        return float(load_share(logarithm).mean()) - 1.0
 
     lowest, highest = depth[0] - 1.0, depth[-1] + 1.0
-    return over_mean(scipy.optimize.brentq(missing, lowest, highest))
+    return load_share(scipy.optimize.brentq(missing, lowest, highest))
 
 
 def portion(case: Case, compliance: Compliance, first: int, beyond: int, places: Ensemble = ALONE) -> Portion:
@@ -90,14 +90,14 @@ def portion(case: Case, compliance: Compliance, first: int, beyond: int, places:
         heaviest = int(loads.argmax())
         end = _end(interface_contact(case, heaviest, loads[heaviest], places), compliance)
     except SolverError as error:
-        return _without(found, error.outcome, beyond - first)
+        return _count_lost(found, error.outcome, beyond - first)
     for number in range(first, beyond):
         try:
             contact = interface_contact(case, number, loads[number], places)
             with part_of_progress((number - first) / (beyond - first), (number + 1 - first) / (beyond - first)):
                 found = _together(found, _alone(contact, compliance, end))
         except SolverError as error:
-            found = _without(found, error.outcome, 1)
+            found = _count_lost(found, error.outcome, 1)
     return found
 
 
@@ -106,9 +106,9 @@ def _end(case: Case, compliance: Compliance) -> float:
     begun = slide(replace(case, max_events=1), compliance)
     end = farthest(case, begun.presliding_length)
     if not begun.outcome.ok:
-        raise _ended(begun.outcome)
+        raise _make_error(begun.outcome)
     if not 0.0 < end < math.inf:
-        raise _ended(
+        raise _make_error(
             Outcome(
                 Ending.INVALID,
                 f"contacts of one slider end at one displacement, not at {end:g}: give limits.spacings",
@@ -118,7 +118,7 @@ def _end(case: Case, compliance: Compliance) -> float:
     return end
 
 
-def _ended(outcome: Outcome) -> SolverError:
+def _make_error(outcome: Outcome) -> SolverError:
     error = SolverError(outcome.message)
     error.ending, error.cause = outcome.ending, outcome.cause
     return error
@@ -130,10 +130,10 @@ def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
     start = initial_contact(case, compliance)
     record, last = slide_to_state(case, compliance, start)
     if not record.outcome.ok:
-        raise _ended(record.outcome)
+        raise _make_error(record.outcome)
     if not record.final_displacement >= end * (1.0 - 1e-12):  # rounding of a sum of steps
         reached = f"{len(record.displacement)} events reach {record.final_displacement / end:.2g} of the slider's way"
-        raise _ended(Outcome(Ending.INVALID, f"{reached}: raise limits.events", cause="few_events"))
+        raise _make_error(Outcome(Ending.INVALID, f"{reached}: raise limits.events", cause="few_events"))
     whole, edges = teeth(record), np.linspace(0.0, end, PIECES + 1)
     # A record may end a rounding before the common end.
     force = whole.force(np.minimum(edges, whole.edges[-1]))
@@ -185,7 +185,7 @@ def _empty() -> Portion:
     return Portion(**made | {"outcome": COMPLETED})
 
 
-def _without(found: Portion, outcome: Outcome, lost: int) -> Portion:
+def _count_lost(found: Portion, outcome: Outcome, lost: int) -> Portion:
     """A portion with some contacts lost. Its own outcome is completed; lost contacts are counted and reported once."""
     first = not found.lost
     ending = _ENDINGS.index(outcome.ending) if first else found.ending
@@ -224,7 +224,7 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
     """
     total = reduce(_together, portions)
     if total.contacts < fewest_members(case.interface.contacts):
-        raise _ended(replace(total.outcome, ending=_ENDINGS[total.ending]))
+        raise _make_error(replace(total.outcome, ending=_ENDINGS[total.ending]))
     there = case.total_load / total.load
     edges = np.linspace(0.0, total.end, PIECES + 1)
     force = total.force * there

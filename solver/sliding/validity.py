@@ -205,7 +205,7 @@ def predict_flags(case: Case, displacement: float = 0.0) -> Flags:
     seen = _Seen(fewest, most, half_width, 0.5 - half_width - travel, travel)
     entering = displacement / case.slab.spacing * layout.edge_nodes(half_width)
     short = 0.0 < entering < BARELY and case.effects.pin_translation
-    return _judged(case, seen, half_width) or (Flag.short_record,) * short
+    return _decide_flags(case, seen, half_width) or (Flag.short_record,) * short
 
 
 def _fewest_nodes(case: Case, half_width: float, displacement: float) -> int:
@@ -227,7 +227,7 @@ def contact_flags(case: Case, state: ContactState) -> Flags:
     size = int(state.contact.sum())
     margin = _margin(case, state.contact.nonzero()[0])
     seen = _Seen(size, size, contact_half_width(state), margin, 0.0)
-    return _judged(case, seen, guess_half_width(case))
+    return _decide_flags(case, seen, guess_half_width(case))
 
 
 def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Flags:
@@ -251,7 +251,7 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     has_changed = record.touches.any() or record.releases.any()
     same = not has_changed and record.spacing < math.inf
     short = same and RUN_IN < record.presliding_lengths < math.inf
-    doubts = _judged(case, seen, guess_half_width(case))
+    doubts = _decide_flags(case, seen, guess_half_width(case))
     return doubts or (Flag.short_record,) * short  # the others doubt more than its length
 
 
@@ -326,7 +326,7 @@ def _margin(case: Case, nodes: NDArray[Any]) -> float:
     return (between - 0.5) * case.slab.spacing
 
 
-def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
+def _decide_flags(case: Case, seen: _Seen, expected: float) -> Flags:
     """expected: half-width of the contact, before anything is computed."""
     image = make_image(case.heterogeneity.roughness)
     slope, missed = roughness_slopes(image, case.slab.spacing)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.dynamics.duration import measure_motion
-from nanoslip.solver.dynamics.friction_limit import friction_limit_of
+from nanoslip.solver.dynamics.friction_limit import make_friction_limit
 from nanoslip.solver.dynamics.integrators import RK4, Exact, integrate
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.elasticity.compliance import surface_compliance
@@ -138,7 +138,7 @@ def measure_integrators(setup: Setup, effort: Effort) -> Diagram:
     record = slide(setup.case, surface_compliance(setup.case.slab))
     in_si = replace(setup.drive.in_si, integrator=Exact(), samples=SAMPLES)
     drive = replace(setup.drive, in_si=in_si).dimensionless(setup.scales)
-    profile = friction_limit_of(record, plateau_of(record), drive.profile)
+    profile = make_friction_limit(record, plateau_of(record), drive.profile)
 
     def run(integrator: Exact | RK4) -> tuple[DynamicsResult, float]:
         """The drive with another integrator, and its processor time."""

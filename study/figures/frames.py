@@ -24,7 +24,7 @@ from nanoslip.solver.load_path import path_extent
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.solver.sliding.path import Path as LoadingPath, follow
 from nanoslip.solver.sliding.record import FrictionRecord
-from nanoslip.solver.sliding.slide import slide, states_at
+from nanoslip.solver.sliding.slide import find_states, slide
 from nanoslip.solver.view import describe_outcome
 from nanoslip.study.figures.points import typeset
 from nanoslip.study.figures.shared import COLORS, FORMATS, column, file_format, image, legend
@@ -145,7 +145,7 @@ def event_moments(case: Case, events: Sequence[int], scales: Scales | None = Non
         states, path = _contacts_at_turns(case, compliance, events)
         outcome = path.outcome
     else:
-        states, outcome = states_at(case, compliance, events)
+        states, outcome = find_states(case, compliance, events)
     if not states and outcome.ok:
         raise InvalidInput(f"no event {events[0]}: the record ends before")
     if not states:

@@ -140,7 +140,7 @@ def _keys() -> Iterator[Key]:
                 if table not in TABLES or stated.table == table:
                     yield _key(kind, name, table, stated, types[name], defaults[name])
     for (table, word), stated in manifest.MORE_KEYS.items():
-        allowed = stated.allowed(word, whole=False)
+        allowed = stated.describe_range(word, whole=False)
         yield Key(word, word, table, "", stated, allowed, "none")
 
 
@@ -180,7 +180,7 @@ def _need(name: str, word: str, stated: Parameter, hint: Any) -> str:
         return "true, false"
     # `int | None` is a whole number, too.
     is_whole = hint is int or int in getattr(hint, "__args__", ())
-    return stated.allowed(word, is_whole)
+    return stated.describe_range(word, is_whole)
 
 
 def _text(value: Any) -> str:

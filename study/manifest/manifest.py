@@ -129,7 +129,7 @@ class NamedDrive:
     def dimensionless(self, scales: Scales) -> Drive:
         """Drive in the solver's units. Raises InvalidInput if a value is out of range in them."""
         length = only_length({PERIODS: self.duration_periods, TRAVEL: self.stage_travel})
-        return self.in_si.scaled(scales, self.pin_mass, length)
+        return self.in_si.convert_units(scales, self.pin_mass, length)
 
 
 @dataclass(frozen=True, slots=True)

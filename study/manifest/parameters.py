@@ -175,7 +175,7 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
     try:
         return Case.of({**limits, **parameters})
     except InvalidInput as error:
-        raise error.named(words_by_name()) from None
+        raise error.rename_keys(words_by_name()) from None
 
 
 class Alike:

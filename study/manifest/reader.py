@@ -225,7 +225,7 @@ def _drive_value(key: str, value: Any) -> Value:
     # AUTO depends on the other entries of a drive: it would be one label for different values.
     require(key, value, value != AUTO, "a number on an axis")
     if key == INTEGRATORS.word:
-        integrator = INTEGRATORS.named(value)
+        integrator = INTEGRATORS.find_member(value)
         return str(integrator.name)
     beside: dict[str, Any] = {}
     # A setting is valid only beside its integrator, and a time step only within the duration: the longest excludes none.
@@ -347,7 +347,7 @@ def _document(path: Path, text: str) -> dict[str, Any]:
 
 TOP_LEVEL: Final[dict[str, tuple[type, str]]] = {
     **{
-        name: (kind, stated.need or stated.allowed(name, whole=True))
+        name: (kind, stated.need or stated.describe_range(name, whole=True))
         for (name, stated), kind in zip(declared(CampaignKeys).items(), (str, list, str, int, int, str), strict=True)
     },
     "axes": (dict, "a table [axes]"),

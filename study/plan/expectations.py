@@ -407,7 +407,7 @@ def memory_need(*tasks: Task) -> float:
 
 def _map_bytes(slab: Slab) -> float:
     # A slab without ends is a convolution. Else 8 bytes for each pair of the 2n components of force and displacement.
-    stored: int = slab.scheme.stored_numbers(slab)
+    stored: int = slab.scheme.count_stored_numbers(slab)
     return 8.0 * stored
 
 

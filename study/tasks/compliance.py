@@ -29,7 +29,7 @@ def compliance_task(slab: Slab) -> Task:
 @lru_cache(maxsize=4096)
 def compliance_needs(slab: Slab) -> tuple[str, ...]:
     """Inputs of a task that uses the compliance of a slab; without ends it is computed faster than read."""
-    return (compliance_task(slab).key,) if slab.scheme.stored_numbers(slab) else ()
+    return (compliance_task(slab).key,) if slab.scheme.count_stored_numbers(slab) else ()
 
 
 def task_compliance(task: Task, inputs: Inputs) -> "Compliance":
@@ -55,7 +55,7 @@ def result_compliance(result: TaskResult, slab: Slab) -> "SurfaceCompliance":
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return (Wanted(compliance_task(case.slab)),) if case.slab.scheme.stored_numbers(case.slab) else ()
+    return (Wanted(compliance_task(case.slab)),) if case.slab.scheme.count_stored_numbers(case.slab) else ()
 
 
 # Numbers for each node of a slab's grid: its sparse stiffness, copies and products.

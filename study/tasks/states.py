@@ -96,10 +96,10 @@ def _estimate(task: Task) -> Estimate:
 
 
 def _compute(task: Task, inputs: Inputs) -> Computed:
-    from nanoslip.solver.sliding.slide import states_at  # noqa: PLC0415
+    from nanoslip.solver.sliding.slide import find_states  # noqa: PLC0415
 
     compliance = task_compliance(task, inputs)
-    states, outcome = states_at(task_case(task), compliance, task.events)
+    states, outcome = find_states(task_case(task), compliance, task.events)
     if not states:
         return Computed((Member((), outcome),))
     # A record may end before the last of the events: then there are fewer states than events.

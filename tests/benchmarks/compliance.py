@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from nanoslip import Slab, surface_compliance
 from nanoslip.solver.elasticity import condensation as dissection
-from nanoslip.solver.elasticity.condensation import Eliminated, definitely_eliminated
+from nanoslip.solver.elasticity.condensation import Eliminated, eliminate_definite
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, stiffness
 from nanoslip.solver.slab import SCHEMES
 from tests.benchmarks.apart import alone
@@ -90,8 +90,8 @@ def _operations(slab: Slab) -> float:
     def counting(stiffness: Dense, cut: int, follows: Dense) -> Eliminated:
         others = len(stiffness) - cut + len(follows)
         counted.append(cut * others**2 + cut**2 * others + cut**3 / 3)
-        return definitely_eliminated(stiffness, cut, follows)
+        return eliminate_definite(stiffness, cut, follows)
 
-    with patch.object(dissection, "definitely_eliminated", counting):
+    with patch.object(dissection, "eliminate_definite", counting):
         surface_compliance(slab)
     return float(sum(counted))

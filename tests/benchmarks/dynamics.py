@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Final
 
 from nanoslip import Case, Drive, Scales, Slab, friction_record, plateau_of
-from nanoslip.solver.dynamics.friction_limit import friction_limit_of
+from nanoslip.solver.dynamics.friction_limit import make_friction_limit
 from nanoslip.solver.dynamics.integrators import RK4, integrate
 from tests.benchmarks.table import Row, best, seconds, verdict, versus
 
@@ -25,7 +25,7 @@ STEP = 1e-7
 def rows() -> list[Row]:
     """Speed on the paper's case."""
     record = friction_record(Case(intrinsic_friction=0.5, radius=200.0, slab=Slab(scheme="biquadratic")))
-    profile, contact = friction_limit_of(record, plateau_of(record), PAPER.profile), record.initial_stiffness
+    profile, contact = make_friction_limit(record, plateau_of(record), PAPER.profile), record.initial_stiffness
     exact = best(lambda: integrate(profile, PAPER, contact), repeats=10)
     segments = integrate(profile, PAPER, contact).steps
     stepping = replace(PAPER, integrator=RK4(STEP / UNIT))

@@ -14,12 +14,12 @@ import numpy as np
 from nanoslip import Case, Drive, FrictionRecord, SurfaceCompliance, friction_record, plateau_of
 from nanoslip.solver.case import Effects, Heterogeneity
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.dynamics.friction_limit import friction_limit_of
+from nanoslip.solver.dynamics.friction_limit import make_friction_limit
 from nanoslip.solver.dynamics.integrators import RK4, integrate
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.interior import interior_fields
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.slide import slide, states_at
+from nanoslip.solver.sliding.slide import find_states, slide
 from nanoslip.study.results.entry import pack_result
 from nanoslip.study.results.store import Store
 from nanoslip.study.tasks.compliance import compliance_task
@@ -118,7 +118,7 @@ def _stages(compliance: SurfaceCompliance, record: FrictionRecord) -> Row:
     """The paper's drive ten times as long at a tenth of its speed, in steps of 100 ns: there dynamics takes the time."""
     stage = {"stage_velocity": PAPER.stage_velocity / 10, "duration": 10 * PAPER.duration}
     slow = replace(PAPER, integrator=RK4(STEP / UNIT), **stage)
-    profile = friction_limit_of(record, plateau_of(record), slow.profile)
+    profile = make_friction_limit(record, plateau_of(record), slow.profile)
     plateau = _time_and_memory(lambda: plateau_of(friction_record(CASE, compliance)), 5)
     motion = _time_and_memory(lambda: integrate(profile, slow, record.initial_stiffness), 2)
     both = (plateau[0] + motion[0], max(plateau[1], motion[1]))
@@ -127,7 +127,7 @@ def _stages(compliance: SurfaceCompliance, record: FrictionRecord) -> Row:
 
 def _outputs(compliance: SurfaceCompliance) -> list[Row]:
     record = _time_and_memory(partial(slide, CASE, compliance), 5)
-    at = _time_and_memory(partial(states_at, CASE, compliance, (0, 1000, 2000)), 5)
+    at = _time_and_memory(partial(find_states, CASE, compliance, (0, 1000, 2000)), 5)
     force = initial_contact(CASE, compliance).nodal_force
     inside = _time_and_memory(partial(interior_fields, CASE.slab, force), 5)
     return [
@@ -178,6 +178,6 @@ def _row(record: FrictionRecord, drive: Drive, name: str, effect: dict[str, obje
 
 def _cost(record: FrictionRecord, drive: Drive) -> tuple[tuple[float, float], int]:
     """Seconds and bytes to integrate a drive over its profile, and its segments or steps."""
-    profile = friction_limit_of(record, plateau_of(record), drive.profile)
+    profile = make_friction_limit(record, plateau_of(record), drive.profile)
     run = partial(integrate, profile, drive, record.initial_stiffness)
     return _time_and_memory(run, repeats=20), run().steps

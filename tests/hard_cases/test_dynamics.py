@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.drive import Drive, Scales
-from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit, make_friction_limit
 from nanoslip.solver.dynamics.integrators import LARGEST_NOISE, RK4, integrate
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.dynamics.stick_slip import Oscillator
@@ -25,7 +25,7 @@ from tests.synthetic import STIFFNESS, constant_profile, noisy_record, profile_t
 
 RECORD = noisy_record()
 PLATEAU = plateau_of(RECORD)
-PROFILES = {shape: friction_limit_of(RECORD, PLATEAU, shape) for shape in ("sawtooth", "coarse", "linear", "mean")}
+PROFILES = {shape: make_friction_limit(RECORD, PLATEAU, shape) for shape in ("sawtooth", "coarse", "linear", "mean")}
 SCALES = Scales()
 STEPS = 30_000
 """Segments allowed: some milliseconds."""

@@ -11,7 +11,7 @@ from nanoslip.solver.drive import Drive
 from nanoslip.solver.driven import contact_drive
 from nanoslip.solver.driven.contact_drive import driven_contact, pull_of_contact
 from nanoslip.solver.dynamics.duration import measure_motion
-from nanoslip.solver.dynamics.friction_limit import friction_limit_of
+from nanoslip.solver.dynamics.friction_limit import make_friction_limit
 from nanoslip.solver.dynamics.integrators import RK4, integrate
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import Ending, InvalidInput
@@ -39,7 +39,7 @@ def pulled(case, **drive):
 
     record = slide(case, compliance)
     motion = integrate(
-        friction_limit_of(record, plateau_of(record), "sawtooth"), drive, record.initial_stiffness, follow
+        make_friction_limit(record, plateau_of(record), "sawtooth"), drive, record.initial_stiffness, follow
     )
     return drive, motion, seen[-1]
 
@@ -52,7 +52,7 @@ def test_a_pin_that_never_turns_meets_its_record(scheme):
     """The shortcut over the record is exact where its contact is stiffer than every tooth: then F is F̃ from the start on."""
     case = case_of(scheme, 65, start=0.35, initial_contact="frictionless", max_events=None, max_displacement=0.05)
     record = slide(case, surface_compliance(case.slab))
-    limit = friction_limit_of(record, plateau_of(record), "sawtooth")
+    limit = make_friction_limit(record, plateau_of(record), "sawtooth")
     stiffest = 1.001 * max(float(limit.slope.max()), record.initial_stiffness)
     over_record = integrate(limit, Drive.from_si(**ONE_WAY), stiffest)
     drive = Drive.from_si(**ONE_WAY, memory=True)

@@ -13,8 +13,8 @@ from nanoslip.solver.dynamics.friction_limit import (
     FrictionLimit,
     NoPlateauError,
     coarse,
-    friction_limit_of,
     linear,
+    make_friction_limit,
     merge_teeth,
     sawtooth,
 )
@@ -51,7 +51,7 @@ def test_the_linear_profile_joins_the_forces_after_events():
 
 @pytest.mark.parametrize("shape", ["sawtooth", "coarse", "linear"])
 def test_the_steady_part_repeats_and_the_past_is_mirrored(shape):
-    profile = friction_limit_of(RECORD, PLATEAU, shape)
+    profile = make_friction_limit(RECORD, PLATEAU, shape)
     x = np.linspace(PLATEAU.start, PLATEAU.end, 777)[1:-1]
     assert profile.period == pytest.approx(PLATEAU.end - PLATEAU.start, rel=1e-14)
     steep = np.abs(profile.slope).max() * 1e-15  # rounding of x moves the limit along a tooth
@@ -70,14 +70,14 @@ def test_a_negative_force_after_first_touch_is_taken_as_none():
 def test_without_a_plateau_there_is_nothing_to_repeat(shape):
     record = record_from(np.full(100, 1e-5), np.zeros(100))
     with pytest.raises(NoPlateauError, match=r"limits\.events"):
-        friction_limit_of(record, plateau_of(record), shape)
+        make_friction_limit(record, plateau_of(record), shape)
 
 
 @pytest.mark.parametrize("shape", ["sawtooth", "linear"])
 def test_a_profile_repeats_whole_spacings(shape):
     """A pin that goes on for ever keeps in step with the nodes: within the step between two events."""
     record = modulated_record(2.4, 0.3)
-    profile = friction_limit_of(record, plateau_of(record), shape)
+    profile = make_friction_limit(record, plateau_of(record), shape)
     assert profile.period == pytest.approx(2.0 * SPACING, abs=1.01 * record.displacement[0])
     # Half a spacing out of step the limit would be off by twice the modulation, 5 % of a mean of 0.27.
     x = np.linspace(0.0, profile.period, 1001)[:-1] + record.displacement[-1]
@@ -109,7 +109,7 @@ def test_at_a_jump_the_limit_is_the_force_ahead():
 
 
 def test_the_mean_profile_is_the_plateaus_mean_everywhere():
-    profile = friction_limit_of(RECORD, PLATEAU, "mean")
+    profile = make_friction_limit(RECORD, PLATEAU, "mean")
     assert np.array_equal(profile.limit(np.linspace(-3.0, 3.0, 11)), np.full(11, PLATEAU.mean * LOAD))
     assert profile.steady_force == PLATEAU.mean * LOAD
 

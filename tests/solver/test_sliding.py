@@ -22,7 +22,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import full_contact, record as friction_record, slide as sliding, way
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_KINDS, EVENT_TYPES, drops
-from nanoslip.solver.sliding.slide import slide, slide_to_state, states_at
+from nanoslip.solver.sliding.slide import find_states, slide, slide_to_state
 from nanoslip.solver.sliding.validity import lawfulness
 from tests.conftest import for_python
 from tests.physics import assert_contact_laws, coupled_half_plane, energy, half_plane, smallest_step
@@ -210,16 +210,16 @@ def test_states_after_events_end_where_the_record_does(changes, limits):
     case = case_with(**(changes | limits))
     last = len(slide(case, COMPLIANCE).displacement)
     assert last > 1
-    found, outcome = states_at(case, COMPLIANCE, (0, last, last + 1, 100_000))
+    found, outcome = find_states(case, COMPLIANCE, (0, last, last + 1, 100_000))
     assert (len(found), outcome.ok) == (2, True)
-    assert states_at(case, COMPLIANCE, (100_000,))[0] == []
+    assert find_states(case, COMPLIANCE, (100_000,))[0] == []
 
 
 def test_states_of_a_record_that_only_its_length_limits():
     case = replace(CASE, max_events=None, max_presliding=2.0)
-    found, outcome = states_at(case, COMPLIANCE, (0, 3, 10**6))
+    found, outcome = find_states(case, COMPLIANCE, (0, 3, 10**6))
     assert (len(found), outcome.ok) == (2, True)
-    np.testing.assert_array_equal(found[1].u, states_at(replace(CASE, max_events=3), COMPLIANCE, (3,))[0][0].u)
+    np.testing.assert_array_equal(found[1].u, find_states(replace(CASE, max_events=3), COMPLIANCE, (3,))[0][0].u)
 
 
 @pytest.mark.parametrize(("load", "radius", "ending"), [(1e-2, 1.0, Ending.COMPLETED), (3e-2, 0.3, Ending.STEEP_PIN)])
@@ -264,7 +264,7 @@ def test_a_failure_behind_the_end_of_the_record_is_not_the_cases():
     case = case_with(radius=25.0, max_events=7)
     behind = slide(replace(case, max_events=100_000), COMPLIANCE)
     assert (behind.outcome.ending, len(behind.displacement) > case.max_events) == (Ending.STEEP_PIN, True)
-    found, outcome = states_at(case, COMPLIANCE, (0, 5, 100_000))
+    found, outcome = find_states(case, COMPLIANCE, (0, 5, 100_000))
     assert (len(found), outcome.ending) == (2, Ending.COMPLETED)
 
 

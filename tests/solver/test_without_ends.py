@@ -15,7 +15,7 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.full_contact import RESUMABLE
 from nanoslip.solver.sliding.record import FrictionRecord
-from nanoslip.solver.sliding.slide import slide_to_state, states_at
+from nanoslip.solver.sliding.slide import find_states, slide_to_state
 from nanoslip.solver.sliding.validity import Flag, predict_flags, record_flags
 from tests.mirror import mirrored
 from tests.physics import assert_contact_laws, assert_friction_law
@@ -99,7 +99,7 @@ def test_a_record_goes_on_from_its_own_state_wherever_it_is() -> None:
         np.testing.assert_array_equal(record.force_after, whole.force_after[there])
         np.testing.assert_array_equal(record.node, whole.node[there])
     last = len(whole.displacement)
-    (seen,), outcome = states_at(replace(case, max_events=None), compliance, [last])
+    (seen,), outcome = find_states(replace(case, max_events=None), compliance, [last])
     assert outcome.ok
     assert seen.first_node > 0
     assert seen.friction_force == pytest.approx(float(whole.force_after[-1]), rel=1e-9)

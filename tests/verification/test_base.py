@@ -11,7 +11,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import plateau_of
-from nanoslip.solver.sliding.slide import slide, slide_to_state, states_at
+from nanoslip.solver.sliding.slide import find_states, slide, slide_to_state
 from tests.conftest import ROOT
 from tests.verification.layer import wave_response
 from tests.verification.seen import listed, seen
@@ -72,7 +72,7 @@ def test_at_the_base_nodes_that_slip_look_like_amontons_law():
     record = slide(case, compliance)
     plateau = plateau_of(record)
     first, last = np.searchsorted(record.displacement, plateau.start) + 1, len(record.displacement)
-    moments, outcome = states_at(case, compliance, [int(event) for event in np.linspace(first, last, 10)])
+    moments, outcome = find_states(case, compliance, [int(event) for event in np.linspace(first, last, 10)])
     assert outcome.ok
     coulomb = replace(case, intrinsic_friction=plateau.mean, slip_rule=SlipRule(residual_shear=1.0))
     _, sliding = slide_to_state(coulomb, compliance, initial_contact(coulomb, compliance))

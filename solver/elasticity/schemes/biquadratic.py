@@ -46,7 +46,7 @@ class Biquadratic(GridScheme):
     first_spacing: FirstSpacing | None = parameter(None, meaning="spacing of the first node rows")
     rows: int | None = parameter(None, meaning="node rows of the paper's grid", need="3 to N + 1")
 
-    def completed(self, slab: Slab) -> "Biquadratic":
+    def complete_settings(self, slab: Slab) -> "Biquadratic":
         levels = grid_levels(slab.n_x)
         validate(self)
         rows = levels + 1 if self.rows is None else self.rows

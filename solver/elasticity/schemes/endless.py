@@ -106,7 +106,7 @@ class Convolution(SurfaceConvolution):
         return float(np.abs(self.across).max())
 
     def w(self, forces: Vector) -> Vector:
-        return self._on_the_circle(self._symbol, forces)
+        return self._convolve(self._symbol, forces)
 
     def u(self, forces: Vector) -> Vector:
         around = scipy.fft.next_fast_len(2 * len(self.across) - 1, real=True)
@@ -138,9 +138,9 @@ class Convolution(SurfaceConvolution):
         return Convolution(self.along_x, self.along_z, np.zeros_like(self.across))
 
     def forces_about(self, w: Vector) -> Vector:
-        return self._on_the_circle(self._inverse, w)
+        return self._convolve(self._inverse, w)
 
-    def _on_the_circle(self, symbol: Vector, values: Vector) -> Vector:
+    def _convolve(self, symbol: Vector, values: Vector) -> Vector:
         return _convolve_on_circle(symbol, values, 2 * (len(self.along_z) - 1))
 
 
@@ -171,7 +171,7 @@ class EndlessScheme(Scheme):
     def convolution(self, slab: Slab) -> SurfaceConvolution:
         """Displacements per force by distance. Raises InvalidInput."""
 
-    def stored_numbers(self, slab: Slab) -> int:
+    def count_stored_numbers(self, slab: Slab) -> int:
         return 0
 
     def lateral_stiffness(self, slab: Slab, nodes: float) -> float:

@@ -71,7 +71,7 @@ class Galerkin(GridScheme):
     coarsest_row: int | None = parameter(None, meaning="nodes of the coarsest row", need="2^q + 1 up to n_x")
     bottom_row: int | None = parameter(None, meaning="nodes of the bottom row", need="2^q + 1 from coarsest_row to n_x")
 
-    def completed(self, slab: Slab) -> "Galerkin":
+    def complete_settings(self, slab: Slab) -> "Galerkin":
         validate(self)
         levels = grid_levels(slab.n_x)
         coarsest = min(levels, max(1, math.ceil(math.log2(16.0 / min(1.0, slab.aspect_ratio)))))

@@ -37,7 +37,7 @@ class Layer(PlanarScheme):
     name = "layer"
     IN_PLANE_STRAIN = "strip"
 
-    def completed(self, slab: Slab) -> "Layer":
+    def complete_settings(self, slab: Slab) -> "Layer":
         require("support", slab.support, slab.support == "bonded", "bonded with scheme layer")
         thick = slab.aspect_ratio >= slab.spacing
         require("aspect_ratio", slab.aspect_ratio, thick, "at least the node spacing, 1/(n_x - 1), with scheme layer")

@@ -56,13 +56,13 @@ class PlaneConvolution(SurfaceConvolution):
         return float(np.abs(self.by_offset[0, 1]).max())
 
     def w(self, forces: Vector) -> Vector:
-        return self._on_the_circle(self._spectrum[1, 1], forces)
+        return self._convolve(self._spectrum[1, 1], forces)
 
     def u(self, forces: Vector) -> Vector:
-        return self._on_the_circle(self._spectrum[0, 1], forces)
+        return self._convolve(self._spectrum[0, 1], forces)
 
     def forces_about(self, w: Vector) -> Vector:
-        return self._on_the_circle(self._inverse, w)
+        return self._convolve(self._inverse, w)
 
     def displacements(self, forces: Dense) -> Dense:
         return self._inverse_transform((self._spectrum * self._forward_transform(forces)).sum(axis=1))
@@ -95,7 +95,7 @@ class PlaneConvolution(SurfaceConvolution):
         table[0, 1] = table[1, 0] = 0.0
         return PlaneConvolution(table)
 
-    def _on_the_circle(self, symbol: NDArray[Any], values: Vector) -> Vector:
+    def _convolve(self, symbol: NDArray[Any], values: Vector) -> Vector:
         return self._inverse_transform(symbol * self._forward_transform(values))
 
     def _forward_transform(self, values: Dense) -> NDArray[np.complex128]:

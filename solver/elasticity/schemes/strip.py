@@ -32,7 +32,7 @@ class Strip(EndlessScheme):
 
     name = "strip"
 
-    def completed(self, slab: Slab) -> "Strip":
+    def complete_settings(self, slab: Slab) -> "Strip":
         require("support", slab.support, slab.support != "right_side", "bonded or frictionless with scheme strip")
         return self
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.elasticity.compliance import surface_compliance
-from nanoslip.solver.elasticity.condensation import definitely_eliminated, eliminated
+from nanoslip.solver.elasticity.condensation import eliminate, eliminate_definite
 from nanoslip.solver.elasticity.schemes.biquadratic import Biquadratic
 from nanoslip.solver.elasticity.schemes.galerkin import Galerkin
 from nanoslip.solver.outcome import SingularOperator
@@ -78,7 +78,7 @@ def test_a_slab_has_the_compliance_that_its_whole_stiffness_has(slab: Slab) -> N
 def test_what_no_spring_holds_is_refused_by_name(pivot: float) -> None:
     stiffness = np.diag([1.0, 1.0, pivot, 1.0])
     with pytest.raises(SingularOperator, match="singular"):
-        definitely_eliminated(stiffness, 3, np.ones((2, 4)))
+        eliminate_definite(stiffness, 3, np.ones((2, 4)))
     if pivot >= 0.0:
         with pytest.raises(SingularOperator, match="singular"):
-            eliminated(stiffness, 3, np.ones((2, 4)), np.ones((4, 2)))
+            eliminate(stiffness, 3, np.ones((2, 4)), np.ones((4, 2)))
