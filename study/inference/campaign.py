@@ -19,7 +19,7 @@ from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.figures.points import points_named
 from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, filling, search_parameters
-from nanoslip.study.inference.sensitivity import find_axis, point_errors, spread_of_members
+from nanoslip.study.inference.sensitivity import find_axis, point_errors, spread_of_members, values_of_members
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, names_by_word, table_taking, word_for_symbol
 from nanoslip.study.manifest.problems import ManifestError, Place, unknown
@@ -212,9 +212,9 @@ class Question:
     def _points(self, x: Floats, plans: Sequence[Plan], store: Store, same_places: bool) -> ComputedPoint:
         """same_places: whether members come down at the same places at all points."""
         parts = [_point_numbers(self.targets, plan, collect(plan, store)) for plan in plans]
-        values, errors, starts, flags = (np.concatenate(each) for each in zip(*parts, strict=True))
+        values, errors, starts, freedom, flags = (np.concatenate(each) for each in zip(*parts, strict=True))
         common = errors if same_places else 0.0 * errors
-        return ComputedPoint(x, values, errors, starts, common, flags.max(axis=1))
+        return ComputedPoint(x, values, errors, starts, freedom, common, flags.max(axis=1))
 
 
 def start_range(values: Floats, places: Sequence[str]) -> dict[str, list[float]]:
@@ -235,7 +235,8 @@ def start_range(values: Floats, places: Sequence[str]) -> dict[str, list[float]]
 
 
 def _point_numbers(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -> tuple[NDArray[Any], ...]:
-    """Values, ±, standard deviations of a start, and validity flags, each (cases, targets)."""
+    """Values and ± (cases, targets); covariances over starts (cases, targets, targets), their degrees of freedom (cases,); and
+    validity flags (cases, targets)."""
     found = [points_named(dataset, target.name) for target in targets]
     if len({points.name for points in found}) < len(found):
         names = ", ".join(target.name for target in targets)
@@ -247,11 +248,28 @@ def _point_numbers(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -
             names = ", ".join(dict.fromkeys(drive.name for drive in plan.manifest.drives))
             need = f"one drive: give {DRIVE_WORD}=NAME ({names}), and a value on each drive axis"
             raise ManifestError.of(target.name, need=need)
-    starts = [spread_of_members(dataset, points) for points in found]
-    errors = [point_errors(points, start) for points, start in zip(found, starts, strict=True)]
-    values = [points.values.astype(float) for points in found]
-    flags = [points.flags for points in found]
-    return tuple(np.column_stack(each) for each in (values, errors, starts, flags))
+    values = np.column_stack([points.values.astype(float) for points in found])
+    errors = np.column_stack([point_errors(points, spread_of_members(dataset, points)) for points in found])
+    members = [values_of_members(dataset, points) for points in found]
+    starts = [_start_covariance(each) for each in zip(*members, strict=True)]
+    covariances = np.array([covariance for covariance, _ in starts])
+    freedom = np.array([degrees for _, degrees in starts])
+    return values, errors, covariances, freedom, np.column_stack([points.flags for points in found])
+
+
+def _start_covariance(members: Sequence[NDArray[Any]]) -> tuple[Floats, float]:
+    """Covariance (targets, targets) of the numbers of one start, and its degrees of freedom; NaN of fewer than two starts.
+
+    members: for each target its values (starts,), in the order of starts; a single one if it is the same of all.
+    """
+    count = min((len(values) for values in members if len(values) != 1), default=1)
+    rows = [np.broadcast_to(values, count) if len(values) == 1 else values[:count] for values in members]
+    table = np.array(rows, float)
+    table = table[:, np.isfinite(table).all(axis=0)]
+    starts = table.shape[1]
+    if starts < 2:
+        return np.full((len(members), len(members)), np.nan), 0.0
+    return np.atleast_2d(np.cov(table)), starts - 1.0
 
 
 def make_question(

@@ -1,7 +1,8 @@
 """Parameters that agree with measured numbers, by a Gaussian process over computed points; points are added where that is open.
 
-A point agrees at 68 or 95 % if the sum of its squared misfits is below that quantile of chi-square, one degree of freedom for
-each number. The unit of a misfit combines the number's ±, scatter of computed values beyond theirs, and the surrogate's error.
+A point agrees at 68 or 95 % if its misfit is below that quantile of chi-square, one degree of freedom for each number. The
+misfit is (y - f)ᵀ C⁻¹ (y - f) of measured numbers y and computed ones f. C is the covariance of all errors: the ± of y, the
+scatter of starts, and the surrogate's error. Numbers of one start deviate together, so C is no diagonal.
 """
 
 import itertools
@@ -17,9 +18,10 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
+from nanoslip.solver.ensemble import student
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.solver.view import with_error
-from nanoslip.study.inference.surrogate import Surrogate, TooFewError, regress
+from nanoslip.study.inference.surrogate import JITTER, Surrogate, TooFewError, regress
 
 # Measured numbers, and the ranges of parameters that are searched.
 
@@ -28,7 +30,7 @@ class Target(NamedTuple):
     """A measured number with its ± (one standard deviation), by the name that it has in a dataset.
 
     one_start: True if it was measured at a single place on the surface, as a trace is: its ± then lacks the scatter
-        between starts.
+        between starts. All such numbers are of one recording.
     """
 
     name: str
@@ -69,7 +71,9 @@ class ComputedPoint(NamedTuple):
     errors: Floats
     """The ± of each."""
     starts: Floats
-    """The standard deviation over starts."""
+    """(n, targets, targets) Covariance over starts that have all numbers, which share their place on the surface."""
+    freedom: Floats
+    """(n,) Degrees of freedom of that: these starts less one."""
     common: Floats
     """The part of ± that is the same draw at all points, as that of starts at the same places."""
     flags: NDArray[np.int64]
@@ -133,33 +137,90 @@ class Fit:
         return means, errors
 
     def misfit(self, x: Floats, unsure: bool = True) -> Floats:
-        """Sum of the squared misfits at points (m, d); infinite if a number is missing.
+        """The squared misfit of all numbers together at points (m, d); infinite if a number is missing.
 
         unsure: whether the surrogate's error counts. Else the least one is the nearest point, not the least known one.
         """
         means, errors = self.predict(x)
-        squares = (means - [target.value for target in self.targets]) ** 2
-        surrogate_variance = errors**2 if unsure else 0.0
-        variances = surrogate_variance + self.noise**2
-        misfit = np.sum(squares / variances, axis=1)
-        return np.where(np.isfinite(misfit), misfit, np.inf)
+        missed = means - [target.value for target in self.targets]
+        covariance = self.noise_covariance
+        if unsure:
+            covariance = covariance + self.surrogate_covariance(x, errors)
+        is_known = np.asarray(np.isfinite(missed).all(axis=1))
+        misfits = _whiten(covariance, np.where(is_known[:, None], missed, 0.0)[..., None])
+        squares = np.sum(misfits[..., 0] ** 2, axis=1)
+        return np.where(is_known, squares, np.inf)
 
     @cached_property
-    def noise(self) -> Floats:
-        """Standard deviation (targets,) of a measured number beside the surrogate's error: its ±, and for a
-        measurement of a single start the scatter between starts.
+    def noise_covariance(self) -> Floats:
+        """Covariance (targets, targets) of the measured numbers' errors: their ±, and for numbers of a single start
+        the scatter between starts.
 
-        The scatter is the same share of the number at all points, as friction is proportional to μ_i. Scatter of
-        computed means is not added: the surrogate's error contains it.
+        Stated ± are independent, except those of one recording, which shares its noise, offset and drift among them.
         """
-        is_known = np.isfinite(self.computed.values + self.computed.starts)
-        values = np.where(is_known, self.computed.values, 0.0)
-        starts = np.where(is_known, self.computed.starts, 0.0)
-        sizes = np.maximum(np.linalg.norm(values, axis=0), 1e-300)
-        shares = np.linalg.norm(starts, axis=0) / sizes
-        scatter = shares * [target.one_start * target.value for target in self.targets]
-        stated = [target.error for target in self.targets]
-        return np.asarray(np.hypot(stated, scatter))
+        is_recorded = np.array([target.one_start for target in self.targets])
+        # No correlation matrix R of k numbers has an eigenvalue above its trace, k: C = k·D² bounds any D R D.
+        recorded = np.where(is_recorded, is_recorded.sum(), 1)
+        variances = recorded * np.array([target.error for target in self.targets]) ** 2
+        sizes = is_recorded * np.abs([target.value for target in self.targets])
+        scatter = sizes * np.sqrt(np.diag(self.start_covariance))
+        return np.diag(variances) + np.outer(scatter, scatter) * self.start_correlation
+
+    @cached_property
+    def start_covariance(self) -> Floats:
+        """Relative covariance (targets, targets) of numbers of a single start; 0 if unknown.
+
+        It is the same at all points, as friction is proportional to μ_i. Scatter of computed means is not added to a
+        measured number: the surrogate's error contains it.
+        """
+        is_known, _ = self._start_shares
+        norms = np.linalg.norm(self.computed.values[is_known], axis=0)
+        sizes = np.where(norms > 0.0, norms, np.inf)
+        return np.asarray(self.computed.starts[is_known].sum(axis=0) / sizes[:, None] / sizes)
+
+    @cached_property
+    def start_correlation(self) -> Floats:
+        """Correlation (targets, targets) of numbers of a single start, widened for few starts: above 1 on its diagonal."""
+        points = self.computed
+        is_known, shares = self._start_shares
+        # Welch and Satterthwaite: a sum of variances with these shares and degrees of freedom. Starts at the same places are
+        # the same draw at all points, whose shares add up before they are squared.
+        freedom = points.freedom[is_known]
+        is_shared = np.nan_to_num(points.common[is_known]).any(axis=1)
+        inverse = float(np.sum(shares[~is_shared] ** 2 / freedom[~is_shared]))
+        if is_shared.any():
+            inverse += float(shares[is_shared].sum() ** 2 / freedom[is_shared].max())
+        degrees = 1.0 / inverse if inverse else 0.0
+        # From fewer starts than that no correlation is known: a bound, with the ± of so few.
+        bound = student(degrees + 1.0) ** 2
+        return _widened_correlation(self.start_covariance, degrees, bound)
+
+    @cached_property
+    def _start_shares(self) -> tuple[NDArray[np.bool_], Floats]:
+        """Points with a covariance over starts (n,), and the share of each of these in the sum of all."""
+        points = self.computed
+        is_known = np.asarray(np.isfinite(points.starts).all(axis=(1, 2)) & _has_all_numbers(points))
+        squares = points.values[is_known] ** 2
+        whole = squares.sum(axis=0)
+        shares = np.divide(squares, whole, out=np.zeros_like(squares), where=whole > 0.0)
+        return is_known, shares.mean(axis=1)
+
+    def surrogate_covariance(self, x: Floats, errors: Floats) -> Floats:
+        """Covariance (m, targets, targets) of the surrogates' errors at points (m, d). errors: their standard errors.
+
+        The part of starts at the same places deviates as these starts do, the rest as values left out.
+        """
+        common = np.column_stack([surrogate.common_error(x) for surrogate in self.surrogates])
+        own = np.sqrt(np.maximum(errors**2 - common**2, 0.0))
+        of_starts = common[:, :, None] * common[:, None, :] * self.start_correlation
+        return np.asarray(of_starts + own[:, :, None] * own[:, None, :] * self._left_out_correlation)
+
+    @cached_property
+    def _left_out_correlation(self) -> Floats:
+        """Correlation (targets, targets) of what the surrogates miss of values left out, widened for few values."""
+        missed = np.column_stack([surrogate.left_out for surrogate in self.surrogates])
+        missed = missed[np.isfinite(missed).all(axis=1)]
+        return _widened_correlation(missed.T @ missed, float(len(missed)), 1.0)
 
     def limit(self, level: float) -> float:
         """The misfit up to which points agree at this level."""
@@ -305,8 +366,13 @@ def _next_points(found: Fit, count: int) -> Floats:
     # Far from agreement the surrogate need not be precise: errors count beside what is missed there anyway.
     beyond = max(least / found.limit(LEVELS[-1]), 1.0) if math.isfinite(least) else 1.0
     _, errors = found.predict(inside)
-    shares = errors / (found.noise * beyond**0.5)
-    if np.percentile(shares.max(axis=1), 95) <= PRECISE:
+    covariance = found.surrogate_covariance(inside, errors)
+    # In the combination of numbers in which it is largest: the root of the largest eigenvalue of N⁻¹ C.
+    noise = found.noise_covariance * beyond
+    half = _whiten(noise, covariance)
+    whitened = _whiten(noise, np.swapaxes(half, 1, 2))
+    shares = np.sqrt(np.maximum(np.linalg.eigvalsh(whitened)[:, -1], 0.0))
+    if np.percentile(shares, 95) <= PRECISE:
         return np.empty((0, len(found.ranges)))
     distances, _ = scipy.spatial.KDTree(found.computed.x).query(inside)
     distances = np.asarray(distances)
@@ -317,6 +383,31 @@ def _next_points(found: Fit, count: int) -> Floats:
         chosen.append(farthest)
         distances = np.minimum(distances, np.linalg.norm(inside - farthest, axis=1))
     return np.array(chosen)
+
+
+def _whiten(covariance: Floats, columns: Floats) -> Floats:
+    """L⁻¹ of columns (m, n, k), L Lᵀ the covariance (n, n) or (m, n, n). Numbers that deviate as one keep a rounding apart."""
+    apart = 1.0 + JITTER * np.eye(covariance.shape[-1])
+    return np.asarray(np.linalg.solve(np.linalg.cholesky(covariance * apart), columns))
+
+
+def _widened_correlation(covariance: Floats, degrees: float, bound: float) -> Floats:
+    """The correlation matrix of a covariance (n, n) from so many draws, widened as these are few: above 1 on its diagonal.
+
+    Numbers without variance are independent. bound: variance from too few draws, where no correlation is known.
+    """
+    count = len(covariance)
+    # No correlation matrix has an eigenvalue above its trace, n.
+    if degrees <= count + 1.0:
+        return count * bound * np.eye(count)
+    # The inverse of a covariance from so many normal draws is too large by this factor (Hartlap, Simon and Schneider,
+    # A&A 464, 2007, Eq. 17).
+    factor = degrees / (degrees - count - 1.0)
+    deviations = np.sqrt(np.diag(covariance))
+    sizes = np.where(deviations > 0.0, deviations, np.inf)
+    correlation = covariance / np.outer(sizes, sizes)
+    np.fill_diagonal(correlation, 1.0)
+    return np.asarray(factor * correlation)
 
 
 def _separate(x: Floats) -> NDArray[np.int_]:

@@ -313,13 +313,19 @@ def _interval(drawn: Floats, missed: float) -> Floats:
 # Numbers with what is known of their errors.
 
 
-def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
-    """Standard deviation over the members of each of all points, also where the mean has no ±; NaN of fewer than two members."""
+def values_of_members(dataset: xr.Dataset, points: Points) -> list[NDArray[Any]]:
+    """The number of each member (members,), of each of all points."""
     rows = longest_rows(dataset, points.sources, {})
     columns = [read_members(rows, name) for name in points.sources]
+    if len(columns) == 1:
+        return columns[0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        values = columns[0] if len(columns) == 1 else [above / below for above, below in zip(*columns, strict=True)]
-    return np.array([_deviation(each[np.isfinite(each)]) for each in values])
+        return [above / below for above, below in zip(*columns, strict=True)]
+
+
+def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
+    """Standard deviation over the members of each of all points, also where the mean has no ±; NaN of fewer than two members."""
+    return np.array([_deviation(each[np.isfinite(each)]) for each in values_of_members(dataset, points)])
 
 
 def point_errors(points: Points, spread: Floats) -> Floats:

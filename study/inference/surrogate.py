@@ -94,6 +94,8 @@ class Surrogate:
     scale: float
     factor: Any
     """Cholesky factor of the values' covariance."""
+    left_out: Floats
+    """(values,) What all others miss of each value over its standard error; NaN of values that are not used."""
     surprise: float
     """Root mean square of leave-one-out residuals over their standard errors: 1 if the stated errors are right."""
     predictivity: float
@@ -118,6 +120,15 @@ class Surrogate:
             variances[part] = self.amplitude - np.einsum("ij,ij->j", half, half)
         widened = self.scale * max(self.surprise, 1.0)
         return self.mean + self.scale * means, widened * np.sqrt(np.maximum(variances, 0.0))
+
+    def common_error(self, x: Floats) -> Floats:
+        """The part of the standard error at points (m, d) that is the draw which all values share, with its sign."""
+        # An error c of all values is one of kᵀ K⁻¹ c in the mean (Eq. 2.25).
+        if not self.common.any():
+            return np.zeros(len(x))
+        weights = scipy.linalg.cho_solve(self.factor, self.common)
+        parts = [self._covariance(x[first : first + CHUNK]) @ weights for first in range(0, len(x), CHUNK)]
+        return np.asarray(self.scale * max(self.surprise, 1.0) * np.concatenate(parts))
 
     def paths(self, count: int, seed: int) -> Callable[[Floats], Floats]:
         """Draw `count` functions that agree with the values: called with points (m, d) they give (count, m).
@@ -169,6 +180,7 @@ def regress(
     common: the part of each ± that is the same draw in all values, as that of members that come down at the same places.
     NaN values are ignored; of more than `most` values, `most` are chosen evenly. Raises TooFewError.
     """
+    count = len(y)
     is_known = np.flatnonzero(np.isfinite(y))
     chosen = is_known[_pick_evenly(len(is_known), most)]
     if len(chosen) < FEWEST_VALUES:
@@ -198,7 +210,10 @@ def regress(
     inverse = scipy.linalg.cho_solve(factor, identity)
     # What all others miss of each value, and its variance: Eq. 5.12.
     variances = 1.0 / np.diag(inverse)
-    squares = (inverse @ residual * variances) ** 2
+    missed_values = inverse @ residual * variances
+    squares = missed_values**2
+    left_out = np.full(count, np.nan)
+    left_out[chosen] = missed_values / np.sqrt(variances)
     surprise = float(np.sqrt(np.mean(squares / variances)))
     # Of what is missed the ± explains its variance; the rest is known no better than the mean of so many squares.
     known = float(own.mean())
@@ -219,6 +234,7 @@ def regress(
         mean,
         scale,
         factor,
+        left_out,
         surprise,
         share,
     )
