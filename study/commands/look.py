@@ -96,8 +96,9 @@ def try_campaign(
         given = api.read_campaign(content).fixed.keys()
         print_sentences(_choose_quick_grid(content), stderr=True)
         manifest = api.read_campaign(content)
-        print_sentences(_drive_outlook(manifest), stderr=True)
+        print_sentences(drive_lines(manifest), stderr=True)
         _refuse_endless_drive(manifest)
+        print_sentences(_drive_outlook(manifest), stderr=True)
         found = api.run(content, progress=True)
     outcomes = [outcome for outcome in variables.OUTCOMES.values() if outcome.ending.name in found]
     endings = {}
@@ -114,7 +115,7 @@ def try_campaign(
     for line in answer:
         note(line)
     last = "path" if "loss_per_cycle" in case else manifest.stages[-1]
-    _show_case(case, found, picture, () if everything else BRIEF[last])
+    _show_case(case, found, picture, () if everything else BRIEF[last], answered=True)
     for line in answer:  # which has scrolled away
         note(line)
     if endings.keys() & UNDONE:
@@ -122,8 +123,7 @@ def try_campaign(
 
 
 def _drive_outlook(manifest: Manifest) -> Iterator[str]:
-    """A drive's default mass, and why it may have no answer: to be known before minutes are spent on it."""
-    yield from drive_lines(manifest)
+    """Why a drive may have no answer: to be known before minutes are spent on it."""
     with suppress(InvalidInput):  # the case is refused, and says why
         for line in out_of_reach(make_plan(manifest)).values():
             yield f"expected: {line}"
@@ -457,9 +457,14 @@ BRIEF: Final[Mapping[str, tuple[str, ...]]] = {
 """Last stage, or a path -> the numbers that its question calls for."""
 
 
-def _show_case(case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, names: Collection[str] = ()) -> None:
-    """Print a case of a dataset, or write its picture besides. names: only these numbers, and the last line."""
-    _print_numbers(case, dataset, names)
+def _show_case(
+    case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, names: Collection[str] = (), answered: bool = False
+) -> None:
+    """Print a case of a dataset, or write its picture besides.
+
+    names: only these numbers, and the last line. answered: the caller prints the answer, and why the case failed.
+    """
+    _print_numbers(case, dataset, names, answered)
     # The brief answer has room for one line: that of the last stage.
     lines = list(curves(case))[-1 if names else 0 :]
     if lines and variables.are_means(case):
@@ -476,11 +481,11 @@ def _show_case(case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, name
         stuck = Ending.NO_SLIP.value == case["drive_outcome"].item()  # whose advice is to pull harder
         advice = "" if stuck else "; lower stage_velocity, spring_stiffness or pin_mass"
         note(f"the spring force over load, {alone}, the rest is inertia and damper{advice}")
-    if lines and not names:  # the answer has scrolled away
+    if lines and not answered:  # it has scrolled away
         note(single_case.answer(case))
 
 
-def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]) -> None:
+def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str], answered: bool) -> None:
     """Print parameters, outcome and numbers of a case, all or only these; several drives as rows."""
     scalars = [coordinate for coordinate in case.coords.values() if not coordinate.dims]
     values = {str(coordinate.name): coordinate.item() for coordinate in scalars}
@@ -492,7 +497,7 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
     sizes = drive_sizes({name: (values[name],) for name in of_drive})
     if sizes:
         sentences.append(f"drive: {', '.join(sizes)}")
-    outcomes = single_case.ending_lines(case, brief=bool(names))
+    outcomes = single_case.ending_lines(case, brief=answered)
     print_sentences([*sentences, *outcomes])
     table, others = single_case.case_table(case, names)
     if table.rows:

@@ -226,6 +226,16 @@ def test_a_key_of_a_drive_pulls_the_pin(main):
     assert make_campaign({}, drive=True)["drives"] == [{}]
 
 
+def test_an_answer_stands_at_the_beginning_and_at_the_end_alone(main):
+    """All numbers stand between; why the drive ended is in the answer, and nowhere else."""
+    _, said, _ = main("try", *QUICK, "members=1", "step_limit=3000", "--all")
+    answer = said.partition("\n")[0]
+    friction = answer.partition(",")[0]
+    starts = [line for line in said.splitlines() if line.startswith(friction)]
+    assert starts == [answer, answer]
+    assert said.count("3000 segments reached") == 2
+
+
 def test_a_tip_hears_its_default_mass_and_its_drive_that_ends_at_its_step_limit_is_not_computed(main, monkeypatch):
     """500 g on 40 N/m move on for 0.1 s, in which the stage passes 30 thousand million drops of a contact of 10 nm."""
     tip = (
@@ -244,7 +254,8 @@ def test_a_tip_hears_its_default_mass_and_its_drive_that_ends_at_its_step_limit_
     code, said, errors = main("try", *tip, "spring_stiffness=40 N/m")
     assert (code, said) == (2, "")
     assert "pin_mass = 0.5 kg" in errors
-    assert "step_limit" in errors.partition("Error: ")[2]
+    assert "at step_limit" in errors.partition("Error: ")[2]
+    assert errors.count("at step_limit") == 1
 
 
 @pytest.mark.parametrize(("velocity", "beyond"), [(1e-4, False), (0.1, True)])
