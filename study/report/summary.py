@@ -146,20 +146,23 @@ def search_results(values: xr.Dataset, name: str) -> Iterator[tuple[str, int]]:
             yield word.replace("_", " "), count
 
 
-def _inertial(values: xr.Dataset) -> xr.DataArray:
+# Masks of cases are variables: nothing here needs coordinates, which take ten times as long to compare.
+
+
+def _inertial(values: xr.Dataset) -> xr.Variable:
     """True if inertia and damper add more than INERTIAL to the contact's own peak in μ_s."""
-    excess = values.get("static_friction_excess", xr.DataArray(0.0))
-    return excess > INERTIAL * (values["static_friction"] - excess)
+    excess = values.variables.get("static_friction_excess", xr.Variable((), 0.0))
+    return excess > INERTIAL * (values.variables["static_friction"] - excess)
 
 
 def _two_parts(values: xr.Dataset) -> str:
     """The contact's own part of μ_s and that of inertia and damper, as ` (0.498 + 0.415)`; empty if that is within its ±."""
-    excess = values.get("static_friction_excess", xr.DataArray(0.0)).item()
+    excess = values.variables.get("static_friction_excess", xr.Variable((), 0.0)).values.item()
     # A difference within the ± would only be noise of the two parts.
-    beyond_error = excess > values["static_friction_uncertainty"].item()
+    beyond_error = excess > values.variables["static_friction_uncertainty"].values.item()
     if not (beyond_error or bool(_inertial(values))):
         return ""
-    own_part = values["static_friction"].item() - excess
+    own_part = values.variables["static_friction"].values.item() - excess
     return f" ({own_part:.3g} + {excess:.3g})"
 
 
@@ -209,7 +212,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     failed = set()
     for case in each_case(all_rows, most):
         ending, flags, message = _ending(case, shared)
-        missing = bool(_has_missing_number(case)) and not _has_regime_answer(case).item()
+        missing = bool(_has_missing_number(case)) and not bool(_has_regime_answer(case))
         if ending not in _UNHURT and missing:
             failed.add(len(rows))
         outcome = f"{ending}{flags if flagged else ''}{message if why else ''}"
@@ -283,28 +286,29 @@ def main_numbers(dataset: xr.Dataset) -> list[str]:
     return list(dict.fromkeys(numbers))
 
 
-def _has_missing_number(dataset: xr.Dataset) -> xr.DataArray:
+def _has_missing_number(dataset: xr.Dataset) -> xr.Variable:
     """True if a requested number is missing: of [target], or μ_s of a drive with `max_slips`."""
     names = _target(dataset)[1]
     if not names and {"max_slips", "static_friction"} <= set(dataset.variables):
         # A drive with `max_slips` has all that it is to find once it has μ_s; any other needs its whole duration.
-        return dataset["static_friction"].isnull() | dataset["max_slips"].isnull()
+        return _missing_mask(dataset, ("static_friction", "max_slips"))
     if not names or any(name not in dataset for name in names):
-        return xr.DataArray(True)
+        return xr.Variable((), True)
     return _missing_mask(dataset, names)
 
 
-def _has_regime_answer(dataset: xr.Dataset) -> xr.DataArray:
+def _has_regime_answer(dataset: xr.Dataset) -> xr.Variable:
     """True for drives whose regime is the answer without μ_s, unless [target] names numbers.
 
     A pin follows in micro slips, or sticks below a critical velocity that is known.
     """
     if "regime" not in dataset or _target(dataset)[1]:
-        return xr.DataArray(False)
-    known = xr.DataArray(False)
+        return xr.Variable((), False)
+    known = xr.Variable((), False)
     if CRITICAL in dataset:
-        known = dataset[CRITICAL].notnull()
-    return (dataset["regime"] == "micro_slip") | (dataset["regime"] == "sticks") & known
+        known = dataset.variables[CRITICAL].notnull()
+    regime = dataset.variables["regime"]
+    return (regime == "micro_slip") | (regime == "sticks") & known
 
 
 def flag_summary(dataset: xr.Dataset) -> dict[str, str]:
@@ -443,11 +447,11 @@ def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     for kind, (ending, *_) in variables.OUTCOMES.items():
         if ending.name not in dataset:
             continue
-        endings = dataset[ending.name]
+        endings = dataset.variables[ending.name]
         words = filter(None, endings.values.ravel().tolist())
         for word, count in Counter(words).most_common():
             # A drive that sticks has answered by its regime.
-            all_answered = bool(answered.where(endings == word, True).all())
+            all_answered = bool((answered | (endings != word)).all())
             failed = word != COMPLETED and not all_answered
             plural = "s" if count > 1 else ""
             counts.append((f"{count} {kind or 'case'}{plural}: {word.replace('_', ' ')}", failed))
@@ -491,8 +495,8 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
         if outcome.name not in dataset:
             continue
         rows = case_rows(dataset, outcome.name)
-        hurt = _outcome_masks(dataset[outcome.name], missed)
-        remarked = _outcome_masks(dataset[outcome.name], lacking)
+        outcomes = dataset.variables[outcome.name]
+        hurt, remarked = _outcome_mask(outcomes, missed), _outcome_mask(outcomes, lacking)
         messages = rows.values(message.name).tolist()
         for ending, kind, alike in _ending_groups(rows, run):
             if ending in _UNHURT and not asked:
@@ -513,19 +517,19 @@ def _first_message(messages: Sequence[str]) -> str:
     return messages[0] if alike else f"{messages[0]}; the others differ in numbers"
 
 
-def _outcome_masks(outcomes: xr.DataArray, which: xr.DataArray) -> NDArray[np.bool_]:
+def _outcome_mask(outcomes: xr.Variable, which: xr.Variable) -> NDArray[np.bool_]:
     """A mask of each outcome, in their order; True of all where it lies along other dimensions."""
     # A mask of drives has a dimension that outcomes of cases lack: then all of these count.
     fits = set(which.dims) <= set(outcomes.dims)
-    broad, _ = xr.broadcast(which if fits else xr.DataArray(True), outcomes)
-    in_order = broad.transpose(*outcomes.dims)
+    mask = which if fits else xr.Variable((), True)
+    in_order = mask.set_dims(dict(outcomes.sizes))  # type: ignore[no-untyped-call]
     return np.asarray(in_order.values.ravel(), np.bool_)
 
 
-def _missing_mask(dataset: xr.Dataset, names: Sequence[str]) -> xr.DataArray:
+def _missing_mask(dataset: xr.Dataset, names: Sequence[str]) -> xr.Variable:
     """True where any of these numbers is missing."""
-    missing = [dataset[name].isnull() for name in names if name in dataset]
-    return functools.reduce(operator.or_, missing, xr.DataArray(False))
+    missing = [dataset.variables[name].isnull() for name in names if name in dataset]
+    return functools.reduce(operator.or_, missing, xr.Variable((), False))
 
 
 def _where(rows: CaseRows, numbers: Sequence[int], what: str = "cases") -> str:
@@ -552,7 +556,7 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
         counts = ", ".join(f"{count} {hyphenate(word)}" for word, count in tally.most_common())
         if counts:
             lines.append(f"{name} of {dataset[name].size} drives: {counts}")
-    inertial = _inertial(dataset) if "static_friction" in dataset else xr.DataArray(False)
+    inertial = _inertial(dataset) if "static_friction" in dataset else xr.Variable((), False)
     count = int(inertial.sum())
     if count:
         share = f"inertia and damper add over {INERTIAL:.0%} to the contact's peak, as (peak + addition)"
