@@ -17,16 +17,20 @@ DRIVES = [
     for back, way in product((True, False), ({}, {"surface_compliance": False}, {"integrator": RK4(1e-3)}))
 ]
 """By every integrator, back or forward only."""
-PULLED = ({}, {"scheme": "half_space"})
-"""Contacts that drives are followed over event by event: of a row of nodes, and of a plane."""
+ROUGH = ((0.0, 0.0), (0.01, 1e-6), (0.02, 0.0))
+ROUGH_BALL = tuple((x, y, 1e-6 * (x > 0.0)) for x, y in product((0.0, 0.01), repeat=2))
+PULLED = ({}, {"scheme": "half_space"}, {"roughness": ROUGH})
+"""Contacts that drives are followed over event by event: of a row of nodes, smooth or rough, and of a plane."""
 
 
 def tasks() -> list[Task]:
-    """Pins whose load or stage is raised, smooth or rough, slipping by turns or in rounds, one on a plane; and drives."""
-    ways = product(("worst_first", "simultaneous"), ((), ((0.0, 0.0), (0.01, 1e-6), (0.02, 0.0))), ("stick", "gradual"))
+    """Pins whose load or stage is raised, smooth or rough, slipping by turns or in rounds, on rows and planes; and drives."""
+    orders = ("worst_first", "simultaneous")
+    ways = product(orders, ((), ROUGH), ("stick", "gradual"))
     cases = [Case.of(dict(zip(("slip_order", "roughness", "initial_contact"), way, strict=True))) for way in ways]
-    cases += [Case.of({"slip_order": order, "pin_translation": False}) for order in ("worst_first", "simultaneous")]
+    cases += [Case.of({"slip_order": order, "pin_translation": False}) for order in orders]
     cases += [Case.of({"scheme": "half_space"})]
+    cases += [Case.of({"scheme": "half_space", "slip_order": order, "roughness": ROUGH_BALL}) for order in orders]
     drives = (drive_task(Case(), Drive.from_si(**drive)) for drive in DRIVES)
     pulled = (drive_task(Case.of(contact), Drive.from_si(memory=True)) for contact in PULLED)
     return [contact_task(Case()), *map(record_task, cases), *drives, *pulled]

@@ -19,6 +19,8 @@ SMALL: Final = Case.of({**NUMBERS})
 _OF_SLABS = SMALL.slab.flat
 _ROUGH = ((-0.1, 0.0), (0.1, 0.0))
 """A rough pin has separate kernels, the same for every profile."""
+_ROUGH_BALL = tuple((x, y, 0.0) for x in (-0.1, 0.1) for y in (-0.1, 0.1))
+"""Heights over a plane of nodes, which take no profile."""
 
 
 def compiling_choices(task: Task) -> dict[str, object]:
@@ -35,8 +37,10 @@ def compiling_shape(case: Case | None) -> dict[str, object]:
     """Parameters that decide, beside the choices, which kernels a case runs: a rough pin, nodes on a plane."""
     if case is None:
         return {}
-    scheme: dict[str, object] = {"scheme": "half_space", "n_x": 9} if "y" in case.slab.layout.AXES else {}
-    return scheme | {"roughness": _ROUGH if case.heterogeneity.roughness else ()}
+    planar = "y" in case.slab.layout.AXES
+    scheme: dict[str, object] = {"scheme": "half_space", "n_x": 9} if planar else {}
+    rough = _ROUGH_BALL if planar else _ROUGH
+    return scheme | {"roughness": rough if case.heterogeneity.roughness else ()}
 
 
 def small_case(task: Task) -> Case:

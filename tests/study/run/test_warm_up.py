@@ -112,6 +112,14 @@ def test_a_plane_of_nodes_stays_a_plane_but_a_small_one():
     assert kept.slab.nodes < 300
 
 
+def test_a_rough_ball_stays_rough_over_both_directions():
+    """Else its kernels were compiled with its first task: a profile is refused on a plane."""
+    image = tuple((x, y, 1e-6 * x) for x in (0.0, 0.01) for y in (0.0, 0.01))
+    kept = miniature(Case.of({"n_x": 65, "scheme": "half_space", "roughness": image}))
+    assert kept.slab.scheme.LAYOUT is Plane
+    assert {len(point) for point in kept.heterogeneity.roughness} == {3}
+
+
 def test_drives_that_differ_in_numbers_alone_are_one_miniature():
     """Thousands of them would take longer than the run."""
     numbers = "[drive_axes]\nspring_stiffness = [1e4, 1e5, 1e6]\npin_mass = [0.1, 1.0]\n"
