@@ -5,6 +5,7 @@ import importlib
 import inspect
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,11 @@ def public(body: list[ast.stmt], owner: Any, prefix: str = "") -> Iterator[tuple
                 yield from public(node.body, value, f"{prefix}{node.name}.")
 
 
+@cache
+def syntax_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text("utf-8"))
+
+
 def explanation(node: Node, value: Any) -> str:
     """Its docstring; a method may inherit it, a class may not: `inspect` would find what Python or a base says of itself."""
     return (ast.get_docstring(node) if isinstance(node, ast.ClassDef) else inspect.getdoc(value)) or ""
@@ -37,7 +43,7 @@ def explanation(node: Node, value: Any) -> str:
 
 def unexplained(path: Path) -> Iterator[str]:
     """Names of public objects of a file without a docstring."""
-    tree = ast.parse(path.read_text("utf-8"))
+    tree = syntax_of(path)
     if not ast.get_docstring(tree):
         yield f"{path}"
     if path.name != "__main__.py":  # to import it is to run it
@@ -75,7 +81,7 @@ def test_docstrings_begin_with_a_verb_or_the_thing_returned() -> None:
     bad = [
         f"{path}:{line}: {text.splitlines()[0]}"
         for path in FILES
-        for line, text in texts(ast.parse(path.read_text("utf-8")))
+        for line, text in texts(syntax_of(path))
         if begins_badly(text)
     ]
     assert not bad, "\n".join(bad)
@@ -92,9 +98,6 @@ SPEECH = {"say", "said", "tell", "told", "hear", "heard", "ask", "asked", "wante
 
 
 def test_functions_read_compute_and_report_and_do_not_speak() -> None:
-    trees = {path: ast.parse(path.read_text("utf-8")) for path in FILES}
-    names = [
-        (path, node) for path, tree in trees.items() for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
-    ]
+    names = [(path, node) for path in FILES for node in ast.walk(syntax_of(path)) if isinstance(node, ast.FunctionDef)]
     speaking = [f"{path}:{node.lineno}: {node.name}" for path, node in names if SPEECH & set(node.name.split("_"))]
     assert not speaking, "\n".join(speaking)

@@ -13,7 +13,7 @@ from tests.study.results.results import OTHER_NUMPY, REMEMBERING, as_clients
 # Ranks share the tasks; a defect, a signal or the death of one of them never leaves the others waiting.
 
 pytestmark = pytest.mark.mpi
-REST = [(4, "chain"), *((ranks, "plain") for ranks in (0, 1, 4)), *((ranks, "chain") for ranks in (0, 1, 2))]
+WAYS = [(ranks, what) for what in ("plain", "chain") for ranks in (0, 1, 2, 4)]
 PATIENCE = 60.0
 """Seconds after which a run is taken to hang; each takes about one."""
 
@@ -38,9 +38,8 @@ def ended(running):
     return running.returncode, said, errors
 
 
-@pytest.mark.parametrize(
-    ("ranks", "what"), [(2, "plain"), *(pytest.param(*each, marks=pytest.mark.slow) for each in REST)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("ranks", "what"), WAYS)
 def test_every_task_is_computed_once_after_its_needs(start, ranks, what):
     code, said, errors = ended(start(what, ranks))
     assert (code, said) == (0, "100 done, 0 crashed, 100 reported\n"), errors

@@ -121,6 +121,7 @@ def test_the_compliance_of_another_slab_is_refused():
         initial_contact(Case(slab=Slab(n_x=33)), COMPLIANCE)
 
 
+@pytest.mark.everyday(4)
 @pytest.mark.parametrize("mu", [1e3, 1e5, 1e6, 1e12])
 @pytest.mark.parametrize("n", [17, 33])
 def test_a_contact_that_grows_with_its_load_sticks_where_friction_is_without_bound(n, mu):

@@ -203,6 +203,7 @@ def test_a_changed_function_is_evaluated_anew_over_the_same_records(tmp_path: Pa
     assert keys[0].keys() & keys[1].keys() == keys[2].keys()
 
 
+@pytest.mark.slow
 def test_a_run_that_is_resumed_and_one_of_two_processes_give_the_same_bytes(computed: Path, tmp_path: Path) -> None:
     """After another function in the same folder, of which nothing is left but results."""
     one, other = tmp_path / "one", tmp_path / "other"

@@ -45,7 +45,7 @@ def test_elements_near_half_hand_over_more_than_was_held(n_x: int, aspect_ratio:
     assert endless == pytest.approx([0.44, 0.44], abs=0.005)
 
 
-@pytest.mark.parametrize("n_x", [65, 129])
+@pytest.mark.parametrize("n_x", [65, pytest.param(129, marks=pytest.mark.slow)])
 def test_friction_that_is_too_high_is_flagged_and_other_is_not(n_x: int) -> None:
     """A half-plane's nodes hand over the same at any ν. At ν = 1/3 a slab as high as wide differs from it by 2 %."""
 

@@ -157,6 +157,7 @@ duration = 0.05
 """
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("scheme", ["half_space", "layer"])
 def test_every_setting_of_a_ball_is_measured(tmp_path: Path, scheme: str):
     """Errors of coarse planes of nodes against a finer one: below 15 % on a contact of 4 spacings to either side."""

@@ -59,6 +59,7 @@ def test_what_matters_to_a_contact(main: Main, contacts: Path):
     assert "no_such_number: " in errors
 
 
+@pytest.mark.slow
 def test_a_fit_finds_what_was_put_in_and_computes_nothing_twice(main: Main, contacts: Path):
     """The contact of a known radius as the measurement; a second run has every point in the campaign's results."""
     truth = nanoslip.run(

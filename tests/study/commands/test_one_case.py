@@ -220,7 +220,7 @@ def test_friction_over_the_contact_area_is_answered_where_a_strength_acts(main):
 
 
 def test_a_key_of_a_drive_pulls_the_pin(main):
-    code, said, _ = main("try", *QUICK, "stage_velocity=1e-3", "samples=40")
+    code, said, _ = main("try", *QUICK, "members=2", "stage_velocity=1e-3", "samples=40")
     assert "\ndrive: m = 500 g, k = 200 kN/m, ζ = 0.1, V_o = 1 mm/s\n" in said
     assert (code, "static_friction" in said, said.count("┤")) == (0, True, 12)
     assert make_campaign({}, drive=True)["drives"] == [{}]

@@ -338,6 +338,7 @@ def test_a_shard_for_which_no_case_is_left_says_so_and_ends_well(run, ask, out):
     assert (code, f"dataset: {out / 'results.nc'}" in said, errors) == (0, True, "")
 
 
+@pytest.mark.slow
 def test_what_a_shard_has_not_finished_is_left_and_another_run_of_it_or_of_all_computes_that_alone(
     run, ask, campaign, out, computed
 ):

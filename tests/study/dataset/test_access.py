@@ -190,6 +190,7 @@ def test_what_xarray_saved_without_groups_is_refused_for_that_reason(full, tmp_p
         rebuilt(part, tmp_path / "part.nc")
 
 
+@pytest.mark.slow
 def test_the_examples_of_the_page_run(tmp_path, monkeypatch):
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)

@@ -366,6 +366,7 @@ def test_a_failure_that_says_nothing_of_its_case_is_no_disagreement(tmp_path, te
     assert verdicts(findings) == (1 + cases) * [Verdict.IDENTICAL]
 
 
+@pytest.mark.everyday(6)
 @pytest.mark.parametrize("text", DESIGNS.values(), ids=DESIGNS)
 def test_all_that_a_campaign_is_made_of_is_in_its_dataset(tmp_path, text):
     far = tmp_path / "far"

@@ -79,7 +79,7 @@ def test_stick_slip_that_is_cut_off_after_a_slip_to_nothing_has_not_ended() -> N
 
 def test_no_file_is_without_friction_and_without_a_sentence() -> None:
     """Random levels, ramps and teeth, one after the other."""
-    for seed in range(30):
+    for seed in range(15):
         random = np.random.default_rng(seed)
         pieces = [np.linspace(*random.uniform(0.0, 5.0, 2), int(random.integers(5, 200))) for _ in range(4)]
         force = noisy(np.concatenate(pieces), 0.02, seed)
@@ -96,7 +96,7 @@ def test_no_file_is_without_friction_and_without_a_sentence() -> None:
 
 def test_rings_of_any_shape_are_no_error() -> None:
     """Decays that begin anywhere, around any level, with and without a ramp before."""
-    for seed in range(40):
+    for seed in range(20):
         random = np.random.default_rng(seed)
         time = np.arange(0.0, 1.0, 0.001)
         start, level, size = random.uniform(0.0, 0.3), random.uniform(0.0, 3.0), random.uniform(0.1, 10.0)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 
 import pytest
@@ -105,13 +106,20 @@ def test_the_lease_of_another_machine_counts_until_it_has_been_silent_for_long(t
     assert taken(tmp_path) < SOON / 2.0
 
 
-@pytest.mark.parametrize(
-    "text", ["", "nonsense", "[]", "{}", '{"process": -1}', '{"process": true}', "[" * 10**5, "\0\x1b[31m"]
-)
-def test_a_file_that_no_run_has_written_keeps_nobody_out_for_long(tmp_path, text):
-    (tmp_path / FILE).write_text(text)
-    os.utime(tmp_path / FILE, (time.time() + 1e6,) * 2)  # whatever times it claims
-    taken(tmp_path)
+FOREIGN = ("", "nonsense", "[]", "{}", '{"process": -1}', '{"process": true}', "[" * 10**5, "\0\x1b[31m")
+"""Texts that no run writes into its lease."""
+
+
+def test_a_file_that_no_run_has_written_keeps_nobody_out_for_long(tmp_path):
+    """All at once, as each is waited for."""
+    folders = [tmp_path / str(number) for number in range(len(FOREIGN))]
+    for folder, text in zip(folders, FOREIGN, strict=True):
+        folder.mkdir()
+        (folder / FILE).write_text(text)
+        os.utime(folder / FILE, (time.time() + 1e6,) * 2)  # whatever times it claims
+    with ThreadPoolExecutor(len(folders)) as threads:
+        waited = dict(zip(FOREIGN, threads.map(taken, folders), strict=True))
+    assert max(waited.values()) < 5.0 * SOON, waited
 
 
 def test_what_is_no_file_is_put_aside_or_refused(tmp_path):

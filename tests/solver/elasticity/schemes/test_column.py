@@ -25,6 +25,7 @@ def off(slab: Slab) -> float:
     return max(float(apart[rows].max() / np.abs(whole[rows]).max()) for rows in (slice(0, n), slice(n, None)))
 
 
+@pytest.mark.everyday(4)
 @pytest.mark.parametrize("height", [20.0, 50.0, 100.0])
 @pytest.mark.parametrize(
     ("support", "n_x", "limit"),
@@ -52,6 +53,7 @@ def test_the_whole_grid_comes_closer_the_finer_its_middle(poisson: float, suppor
     assert fine <= min(coarse / 8, 2e-5)
 
 
+@pytest.mark.everyday(1)
 @every_support
 def test_a_column_costs_what_its_trunk_costs(support: Support) -> None:
     """Bytes in use at once; a grid from top to bottom took thirty times as many at height 300, and 90 GB at 10 000."""
