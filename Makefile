@@ -16,7 +16,7 @@ ONE_MORE = --numprocesses $(shell $(PYTHON) -c 'import os; print(1 + os.cpu_coun
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.\(slow\|everyday\)' tests)
 
-.PHONY: run reproduce figures findings kernels test test-arithmetic test-slow heavy slurm test-all mutants benchmarks hard docs dist lowest check format clean
+.PHONY: run reproduce figures findings kernels other-kernels test test-arithmetic test-slow heavy slurm test-all mutants benchmarks hard docs dist lowest check format clean
 
 run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
 	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
@@ -48,8 +48,11 @@ test: kernels  ## the everyday tests: each process has its share of files, whose
 OTHER_ARITHMETIC := NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= NANOSLIP_TEST_ROUNDING=1
 # Tests of datasets that compute or compare numbers; the others read files and select.
 COMPUTED := tests/solver tests/hard_cases tests/study/plan $(foreach of,arithmetic collection comparison verification,tests/study/dataset/test_$(of).py)
-test-arithmetic: .venv/dev  ## the everyday tests of what computes, as another processor would compute it
+# After the usual ones: both write into the same indices of compiled code.
+other-kernels: kernels  ## compile what tests run for another processor
 	$(OTHER_ARITHMETIC) $(BIN)/python -m tests.kernels
+
+test-arithmetic: other-kernels  ## the everyday tests of what computes, as another processor would compute it
 	$(OTHER_ARITHMETIC) $(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow" --ignore tests/solver/elasticity $(COMPUTED)
 
 test-slow:  ## the heavy ones, and beside them those of a real scheduler, which mostly wait
