@@ -486,7 +486,7 @@ def _describe_all(group: str, dims: str, quantities: Iterable[Quantity]) -> Iter
 
 # Means over members, and how many they are over: not all members of an ensemble have each number.
 
-EXPLAINED: Final = "(k of n): mean over the k members that have a value"
+EXPLAINED: Final = "(k of n starts): mean over the k members that have a value"
 
 
 class Known(NamedTuple):
@@ -555,9 +555,9 @@ def counts() -> set[str]:
 
 
 def fewer(case: xr.Dataset, name: str) -> str:
-    """Remark after a case's number that fewer members have than were computed: ` (5 of 8)`."""
+    """Remark after a case's number that fewer members have than were computed: ` (5 of 8 starts)`."""
     counts = [each.values.item() for each in member_count_text(case, name)]
-    return f" ({counts[0]:.0f} of {counts[1]:.0f})" if counts and 0 < counts[0] < counts[1] else ""
+    return f" ({counts[0]:.0f} of {counts[1]:.0f} starts)" if counts and 0 < counts[0] < counts[1] else ""
 
 
 @cache

@@ -130,15 +130,21 @@ others."""
 
 
 def format_words(tally: Mapping[str, int], most: float = LONGEST_TALLY) -> str:
-    """Words of members with how many have each, the most frequent first; the word alone that all have."""
+    """Words of members with how many have each, the most frequent first; the word alone that all have.
+
+    As `4 of 8 starts stick-slip; 4 slides`.
+    """
     if len(tally) == 1:
         return hyphenate(next(iter(tally)))
-    parts = [f"{count} {hyphenate(word)}" for word, count in tally.items()]
+    starts = sum(tally.values())
+    first, *others = tally.items()
+    word, count = first
+    parts = [f"{count} of {starts} starts {hyphenate(word)}"]
+    parts += [f"{count} {hyphenate(word)}" for word, count in others]
     text = "; ".join(parts)
     if len(text) <= most or len(parts) < 3:
         return text
-    _, *others = tally.values()
-    return f"{parts[0]}; {sum(others)} others"
+    return f"{parts[0]}; {starts - count} others"
 
 
 def label_in_symbols(values: Mapping[str, Any], units: Mapping[str, str] = MappingProxyType({})) -> str:

@@ -225,7 +225,8 @@ def start_range(case: xr.Dataset, name: str) -> Iterator[str]:
         if np.isfinite(values).any():
             unit = as_written(variables.variables_by_name()[name].units)
             yield f"single starts: {span(values[np.isfinite(values)].tolist(), unit)}"
-    yield from (f"{count} {word}" for word, count in failures.items())
+    for word, count in failures.items():
+        yield f"{count} {'start' if count == 1 else 'starts'}: {word}"
 
 
 def _si_size(case: xr.Dataset, name: str, unit: str, error: xr.DataArray | None = None) -> str:

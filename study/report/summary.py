@@ -132,10 +132,10 @@ def format_scalar(values: xr.Dataset, name: str, digits: int) -> str:
 
 def _not_found(values: xr.Dataset, name: str) -> str:
     """Reason why a critical velocity is missing, as `always sticks`; NOTHING for other numbers, or if it is unknown."""
-    parts = [*search_results(values, name)]
-    if len(parts) == 1:
-        return NOTHING if parts[0][0] == "unknown" else parts[0][0]
-    return "; ".join(f"{count} {word}" for word, count in parts) or NOTHING
+    tally = dict(search_results(values, name))
+    if not tally or list(tally) == ["unknown"]:
+        return NOTHING
+    return format_words(tally)
 
 
 def search_results(values: xr.Dataset, name: str) -> Iterator[tuple[str, int]]:

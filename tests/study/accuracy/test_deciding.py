@@ -220,7 +220,9 @@ def test_a_critical_velocity_that_starts_lack_names_what_they_do_instead() -> No
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("nanoslip.study.report.single_case.read_groups", lambda _: {"drive_ensemble": starts})
         patch.setattr("nanoslip.study.report.single_case.read_run", lambda *_: (starts, case))
-        assert "(6 of 8) (single starts: 1 mm/s; 1 never sticks; 1 reversed; " in critical_words(case)
+        assert "(6 of 8 starts) (single starts: 1 mm/s; 1 start: never sticks; 1 start: reversed; " in critical_words(
+            case
+        )
 
 
 def test_explain_ranks_what_decides_and_a_page_begins_with_its_middle_case(main: Main, tmp_path: Path) -> None:

@@ -232,9 +232,12 @@ def test_words_of_members_are_told_in_short_unless_the_difference_hides_behind_t
     for members, told in (
         (
             {"sticks": 2, "slides": 1, "micro_slip": 1},
-            "2 sticks; 1 stick-slip; 1 micro-slip  2 sticks; 1 slides; 1 micro-slip",
+            "2 of 4 starts sticks; 1 stick-slip; 1 micro-slip  2 of 4 starts sticks; 1 slides; 1 micro-slip",
         ),
-        ({"stick_slip": 2, "sticks": 1, "micro_slip": 1}, "2 sticks; 2 others  2 stick-slip; 2 others"),
+        (
+            {"stick_slip": 2, "sticks": 1, "micro_slip": 1},
+            "2 of 4 starts sticks; 2 others  2 of 4 starts stick-slip; 2 others",
+        ),
     ):
         write_regimes(other, **members)
         assert " ".join(told.split()) in " ".join(main("compare", one, other)[1].split())

@@ -462,7 +462,7 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     part.write(replace(driven, scalars={**driven.scalars, "regime": [2, 0, math.nan, 2]}))
     case = collect(plan, part).isel(intrinsic_friction=0).squeeze()
     assert case["plateau_mean"].item() == pytest.approx(np.mean(values[1:]), rel=1e-15)
-    assert (fewer(case, "plateau_mean"), fewer(case, "mean_step")) == (" (3 of 4)", "")
+    assert (fewer(case, "plateau_mean"), fewer(case, "mean_step")) == (" (3 of 4 starts)", "")
     assert not member_count_text(case, "events")
     assert (case["outcome"].item(), case["message"].item()) == ("completed", lost.message)
     fast = case.sel(drive="fast")

@@ -231,7 +231,7 @@ def test_a_mean_has_its_uncertainty_and_how_many_members_have_the_number() -> No
     numbers = {"plateau_mean": 2.0, "plateau_mean_uncertainty": 0.5, "plateau_mean_members": 5.0, "members": 8.0}
     case = xr.Dataset({name: ((), value, {"long_name": name}) for name, value in numbers.items()})
     table, _ = case_table(case)
-    assert [row[:2] for row in table.rows] == [("plateau_mean", "2.0 ± 0.5 (5 of 8)")]
+    assert [row[:2] for row in table.rows] == [("plateau_mean", "2.0 ± 0.5 (5 of 8 starts)")]
     assert list(ending_lines(case))[-1].startswith("numbers are means")
     assert answer(case) == "plateau F/W 2.0 ± 0.5"
 
