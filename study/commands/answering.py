@@ -183,7 +183,7 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:
     axes = [name for name in manifest.axes if name in middle.parameters]
     parameters = {name: middle.parameters[name] for name in axes}
     label = summary.label_text(parameters, manifest.stated_scales)
-    where = f"The middle case, {label}" if len(possible) > 1 else "Answer"
+    where = f"The middle of {len(possible)} cases, {label}" if len(possible) > 1 else "Answer"
     given = {*manifest.fixed, *manifest.axes}
     answer = "; ".join(friction_answer(case, manifest, middle, given, out))
     return f"{where}: {answer}." if answer else ""
