@@ -22,6 +22,7 @@ from nanoslip.study.manifest.parameters import (
     FileName,
     Value,
     axes,
+    compact,
     field_names,
     file_parameters,
     make_case,
@@ -217,6 +218,22 @@ def _column_scale(column: FileColumn, unit: str, size: float) -> float:
     return scale / size
 
 
+WIDTHS_OF_CONTACT: Final = 3.5
+"""Half-widths of the contact in the width that is suggested, between three and four: the contact covers 57 % of it."""
+
+
+def width_needed(half_width: float) -> str:
+    """Condition of lengths with a unit. half_width: of the largest contact in m, NaN if unknown."""
+    if math.isnan(half_width):
+        return WIDTH_NEEDED
+    rounded = float(f"{WIDTHS_OF_CONTACT * half_width:.2g}")
+    width = compact(rounded, "m")
+    return (
+        f'slab_width = "{width}" or another beside it (in a file in [scales]), the width L_x that lengths are over: '
+        f"that is {WIDTHS_OF_CONTACT:g} half-widths of the largest contact, by Hertz"
+    )
+
+
 WIDTH_NEEDED: Final = (
     'slab_width = "1 mm" or another beside it (in a file in [scales]), the width L_x that lengths are over: '
     "three to four half-widths of the contact"
@@ -314,6 +331,8 @@ class SceneSizes(NamedTuple):
     scales: Scales
     width_given: bool
     """True if the campaign states slab_width: lengths with a unit need it."""
+    half_width: float = math.nan
+    """Half-width of the largest contact in m, by Hertz, where slab_width is missing; NaN if unknown."""
     load: float = math.nan
     """normal_load in N, which loads of a path are divided by; NaN if cases differ in it."""
 
@@ -410,7 +429,7 @@ class Checker:
         # Over the default width a length would be a number that its author never meant.
         had_unit = value is not given.value
         if had_unit and sizes and stated.scale == "slab_width" and not sizes.width_given:
-            self.problems.append(given.problem(WIDTH_NEEDED))
+            self.problems.append(given.problem(width_needed(sizes.half_width)))
             return None
         return given._replace(value=value)
 

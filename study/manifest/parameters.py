@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import fields
 from decimal import Decimal
 from typing import Any, Final, TypeVar
@@ -10,6 +11,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from nanoslip.solver.case import PIN_SIZES, STOP_CONDITIONS, Case, parameters_of_a_case
+from nanoslip.solver.contact.closed_forms import smooth_contact
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, declared
@@ -288,6 +290,45 @@ def resembles_ball(given: Mapping[str, Any]) -> bool:
     plane_strain = not any("y" in scheme.LAYOUT.AXES or not scheme.continuum for scheme in schemes)
     scaled = bool({"slab_width", "shear_modulus", YOUNG} & given.keys())
     return a_length and plane_strain and scaled and "slab_depth" not in given and "flat_punch" not in pins
+
+
+def largest_half_width(top: Mapping[str, Any], scales: Scales) -> float:
+    """Half-width in m of a campaign's largest contact of balls by Hertz, at most; NaN unless its sizes are given with units.
+
+    On a plane of nodes only: in a row the width is that of the slab itself.
+    """
+    given: dict[str, list[Any]] = {}
+    for table in ("numerics", "constants", "axes"):
+        for word, value in top.get(table, {}).items():
+            name = names_by_word().get(word, word)
+            values = list(value.values()) if isinstance(value, dict) else value
+            given[name] = values if isinstance(values, list) else [values]
+    schemes = given.get("scheme", [])
+    planes = [name in SCHEMES and "y" in SCHEMES[name].LAYOUT.AXES for name in map(str, schemes)]
+    punches = "flat_punch" in given.get("pin", [])
+    has_modulus = bool({"shear_modulus", YOUNG} & top.get("scales", {}).keys())
+    if punches or not planes or not all(planes) or not has_modulus:
+        return math.nan
+    radius = _largest_size(given.get("radius", []), "m")
+    load = _largest_size(given.get("normal_load", []), "N")
+    is_ratio = parameters_of_a_case()["poisson"].holds
+    ratios = [value for value in given.get("poisson", []) if isinstance(value, float) and is_ratio(value)]
+    # The softest flat has the least ν. With 1 m for L_x lengths are in m, and loads in G·m².
+    poisson = min(ratios, default=Slab().poisson)
+    contact = smooth_contact(SCHEMES[schemes[0]].LAYOUT)
+    half_width = contact.hertz(load / scales.shear_modulus, radius, poisson)
+    return half_width if math.isfinite(half_width) else math.nan
+
+
+def _largest_size(values: Sequence[Any], unit: str) -> float:
+    """The largest of these values that have a unit, in this SI unit; NaN if none is right."""
+    stated, sizes = Parameter("size", unit=unit), []
+    for value in filter(has_unit, values):
+        # A wrong one is refused in its table.
+        with suppress(InvalidInput):
+            sizes.append(float(plain("size", value, stated)))
+    largest = max(sizes, default=math.nan)
+    return largest if largest > 0.0 else math.nan
 
 
 def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequence[Any]]) -> str:

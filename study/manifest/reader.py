@@ -79,6 +79,7 @@ from nanoslip.study.manifest.parameters import (
     axes,
     file_parameters,
     has_unit,
+    largest_half_width,
     make_case,
     names_by_word,
     plain,
@@ -427,7 +428,8 @@ class _Reader(NamedFiles):
         table = self.table(top)
         # Scales come first: a value with a unit, in any table or on any axis, becomes a multiple of one.
         scales = self._scales(top, table.columns if table else ())
-        sizes = SceneSizes(scales, "slab_width" in top.get("scales", {}))
+        half_width = math.nan if "slab_width" in top.get("scales", {}) else largest_half_width(top, scales)
+        sizes = SceneSizes(scales, "slab_width" in top.get("scales", {}), half_width)
         _spread_path(top)
         columns = self.plain(table.columns, sizes) if table else self._axes(top, sizes)
         # `seconds` is taken out of [limits] before its words are checked as parameters of a case.

@@ -1,6 +1,7 @@
 """A value with a unit is the number that it stands for, whoever writes it, and nothing else."""
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -45,6 +46,48 @@ def test_a_length_asks_for_the_width_that_it_is_over_and_a_load_for_none() -> No
             read(f'title = "x"\n{lines}')
         assert read(f'title = "x"\n{lines}\nscales.slab_width = "10 mm"').path
     assert read('title = "x"\nconstants.normal_load = "100 N"').tables["constants"] == {"normal_load": 1e-3}
+
+
+BALLS = """title = "x"
+scales.young_modulus = "100 MPa"
+axes = {normal_load = ["0.3 N", "0.5 N"], radius = ["2 mm", "5 mm"]}
+constants = {poisson = 0.49}
+numerics = {scheme = "half_space", n_x = 25}
+"""
+
+
+def needed_widths(text: str) -> set[str]:
+    """Widths in the messages on lengths without one."""
+    with pytest.raises(ManifestError) as refused:
+        read(text)
+    return set(re.findall(r'slab_width = "([^"]*)"', str(refused.value)))
+
+
+def test_a_missing_width_is_refused_with_the_one_of_the_largest_contact() -> None:
+    """Hertz: a³ = 3WR(1 - ν²)/(4E) for the largest load and radius; the same width then makes the campaign right."""
+    half_width = (0.75 * 0.5 * 5e-3 * (1.0 - 0.49**2) / 100e6) ** (1.0 / 3.0)
+    (width,) = needed_widths(BALLS)
+    number, unit = width.split()
+    assert float(number) * factor(unit, "m") == pytest.approx(3.5 * half_width, rel=0.05)
+    found = read(f'{BALLS}scales.slab_width = "{width}"')
+    assert found.scales.slab_width == pytest.approx(float(number) * factor(unit, "m"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("half_space", "galerkin"),
+        ('"100 MPa"', '"100 s"'),
+        ('["0.3 N", "0.5 N"]', "[1e-3, 2e-3]"),
+        ('["0.3 N", "0.5 N"]', '["-0.3 N", "-0.5 N"]'),
+        ("0.49", "7.0"),
+        ('["2 mm", "5 mm"]', '["2 mm", [1.0, 2.0], {a = "5 N"}]'),
+        ('scales.young_modulus = "100 MPa"\n', ""),
+    ],
+)
+def test_a_width_that_does_not_follow_is_asked_for_without_a_crash(old: str, new: str) -> None:
+    with pytest.raises(ManifestError):
+        read(BALLS.replace(old, new))
 
 
 @pytest.mark.parametrize("unit", ["N/", "N*", "N**", "-", "N)", "(N", '"', "N0", "[N"])
