@@ -87,6 +87,7 @@ class Scales:
 
     def time(self, pin_mass: float) -> float:
         """√(m/(G·L_y)) in s for a pin of mass m (kg)."""
+        # In this unit of time the mass in Eq. 12 is 1: m L_x/T² = G L_x L_y.
         return math.sqrt(pin_mass / self.stiffness)
 
     def units(self, pin_mass: float) -> dict[str, float]:
@@ -345,6 +346,8 @@ def _velocity_of_cycles(parameters: Mapping[str, Any]) -> float:
     frequency, velocity = parameters[FREQUENCY], parameters.get("stage_velocity")
     if velocity is not None:
         raise InvalidInput(FREQUENCY, frequency, f"to be left out beside stage_velocity = {quote_value(velocity)}")
+    # A cycle is the stroke there and back. As in `stroke_duration`, a sine is π/2 times as fast in its
+    # middle as on average.
     way = 2.0 * as_float("stage_stroke", parameters["stage_stroke"])
     longer = math.pi / 2.0 if parameters.get("stage_motion") == "sine" else 1.0
     return longer * way * as_float(FREQUENCY, frequency)

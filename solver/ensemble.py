@@ -113,8 +113,10 @@ def draw_start(case: Case, number: int, *further: float) -> Chance:
     to another.
     """
     numbers = (case.normal_load, getattr(case, PIN_SIZES[case.pin]), *further)
+    # The bits of the numbers, so that cases which differ at all draw other starts.
     words = [number, case.slab.n_x, *struct.unpack(f"<{2 * len(numbers)}I", struct.pack(f"<{len(numbers)}d", *numbers))]
     drawn = np.random.PCG64(np.array(words, np.uint32)).random_raw(5).tolist()
+    # The upper 53 bits of a random word are as many as a float in [0, 1) holds.
     start, place, _, start_y, place_y = ((raw >> 11) * 2.0**-53 for raw in drawn)
     return Chance(start, place, drawn[2] >> 1, start_y, place_y)
 
@@ -133,6 +135,8 @@ def elsewhere(profile: Roughness, place: float, place_y: float = 0.0) -> Roughne
 def _shift_profile(xi: Floats, rows: Floats, place: float) -> tuple[Floats, ...]:
     """Knots ξ and heights (rows, knots) of profiles continued periodically by their mirror images, shifted by a share
     `place` of the period."""
+    # Continued by its mirror image a profile has twice its length as period, and no jump where it begins
+    # anew.
     first, period = xi[0], 2.0 * np.ptp(xi)
     there = np.concatenate((xi, 2.0 * xi[-1] - xi[-2:0:-1]))
     moved = first + (there - first - place * period) % period
@@ -191,6 +195,7 @@ def mean_of(values: ArrayLike, shared: Floats | float = 0.0) -> Mean:
     off = values - mean[..., None]
     with np.errstate(divide="ignore", invalid="ignore"):
         error = student(most) * np.sqrt((off * off).sum(axis=-1) / (most - 1.0) / most)
+    # Scatter and shared error are independent: their squares add up.
     return Mean(np.where(enough, mean, np.nan), np.hypot(error, shared), having)
 
 
@@ -200,10 +205,12 @@ def jackknife(without: Sequence[float]) -> float:
 
     Equals the ± of `mean_of` for a mean. NaN for a single member, or if the statistic is undefined without a member.
     """
+    # Efron's variance is (m - 1)/m Σ(θ_i - mean)²: m - 1 times the mean square that np.var returns.
     count = len(without)
     return float(student(count) * math.sqrt((count - 1) * float(np.var(without)))) if count > 1 else math.nan
 
 
 def student(members: Any) -> Any:
     """Half-width of the interval of probability LEVEL, in standard errors of the mean over this number of members."""
+    # LEVEL lies between -t and t, so 1/2 + LEVEL/2 lies below t. Two members leave one degree of freedom.
     return scipy.special.stdtrit(np.maximum(np.asarray(members, float) - 1.0, 1.0), 0.5 + 0.5 * LEVEL)

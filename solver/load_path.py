@@ -135,6 +135,7 @@ def path_extent(path: LoadPath, presliding_length: float) -> tuple[int, float, f
     shown = min(path.cycles, 1) if path.cyclic else 0
     places = [0.0, *(place for place, _ in path.points(1.0, presliding_length, shown))]
     steps = [abs(then - now) for now, then in itertools.pairwise(places)]
+    # Cycles after the first are all alike, two legs each: one is enough to know the way.
     again = path.cycles - shown if path.cyclic else 0
     return len(steps) + 2 * again, sum(steps) + again * sum(steps[-2:]), max(map(abs, places))
 

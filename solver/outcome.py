@@ -74,6 +74,7 @@ def printable(text: str, most: int) -> str:
     A longer one is cut in its middle.
     """
     shown = (letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1] for letter in _cut(text, most))
+    # Once more, as an escape is longer than what it stands for.
     return _cut("".join(shown), most)
 
 

@@ -202,4 +202,5 @@ LIMITED_BY_SCHEME = ("n_x", "poisson")
 def grid_levels(nodes: int | None) -> int:
     """q of a row of 2^q + 1 nodes; 0 if `nodes` is None or of another form."""
     intervals = (nodes or 0) - 1
+    # Of numbers above 0, n & (n - 1) is 0 for powers of two alone.
     return intervals.bit_length() - 1 if intervals > 0 and intervals & (intervals - 1) == 0 else 0

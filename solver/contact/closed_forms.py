@@ -152,6 +152,7 @@ def cattaneo_mindlin(contact: HertzContact, friction_coefficient: float, force_r
     full = contact.pressure(x)
     if stick == 0.0:
         return friction_coefficient * full
+    # For one radius Hertz's peak pressure is in proportion to the half-width.
     inner = contact.peak_pressure * stick / contact.half_width * np.sqrt(np.clip(1 - (x / stick) ** 2, 0.0, None))
     return friction_coefficient * (full - inner)
 

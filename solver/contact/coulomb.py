@@ -146,6 +146,7 @@ class CoulombContact:
     @property
     def nothing(self) -> float:
         """Force that counts as none in motion: of a node that has just touched, or is about to leave."""
+        # Under a small μ_i shears are small themselves: then it is a share of the limit, not of the load.
         share = min(limit_of_all(self) / self.case.normal_load, 1.0)
         return max(1e-9 * self.normal_load * share, self.tolerance)
 

@@ -143,6 +143,7 @@ def steady_blocks(bins: Floats) -> tuple[Floats, str]:
     """
     first = truncation(bins)
     edges = np.linspace(first, len(bins), BLOCKS + 1)
+    # By the integral, as blocks of equal length need not begin where bins do.
     sums = np.concatenate(([0.0], np.cumsum(bins)))
     impulse = np.interp(edges, np.arange(len(bins) + 1), sums)
     blocks = np.diff(impulse) / np.diff(edges)

@@ -87,6 +87,7 @@ def boundary(sticks: Callable[[float], bool | None], first: float) -> Boundary:
 def _bisect_critical_value(sticks: Callable[[float], bool | None], low: float, high: float) -> float:
     """Bisect between a value at which the pin sticks and a value at which it does not."""
     while high > RESOLUTION * low:
+        # Velocities span decades, and the bracket is a ratio: so is its middle.
         middle = math.sqrt(low * high)
         if (found := sticks(middle)) is None:
             return math.nan

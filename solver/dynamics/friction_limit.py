@@ -70,6 +70,8 @@ class FrictionLimit:
     @property
     def uneven_work(self) -> float:
         """Largest work of F̃ less its mean, from any tooth of a period to any other, in G·L_x²·L_y."""
+        # The work from one place to another is a difference of two sums up to them: the largest is the sums'
+        # range. A whole period adds nothing.
         width, middle = self._period_teeth()
         return float(np.ptp(np.cumsum(width * (middle - self.steady_force))))
 

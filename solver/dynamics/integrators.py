@@ -40,6 +40,8 @@ def rounding_outcome(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
     friction_force, way = friction_limit.steady_force, motion.stage * motion.duration
     if friction_force == 0.0 or motion.spring * way <= friction_force:  # nothing to be lost in, or it never gets away
         return COMPLETED
+    # The spring force is k times a difference of two ways as long as this, each rounded; a mean tooth is
+    # as wide as the period over their number.
     force_noise = _DIGIT * motion.spring * way / friction_force
     uneven = np.ptp(friction_limit.force) > 0.0 or bool(friction_limit.slope.any())
     teeth = len(friction_limit.force) - friction_limit.periodic_from
@@ -337,6 +339,7 @@ def peak_force(friction_limit: FrictionLimit) -> float:
 def make_motion(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: float, duration: float) -> Motion:
     """The motion of a drive over a limit. surface_stiffness: K in G·L_y."""
     k, compliant = drive.spring_stiffness, drive.surface_compliance
+    # ζ = c/(2√(m·k)) with mass 1.
     damping = 2.0 * drive.damping_ratio * math.sqrt(k)
     presliding = friction_limit.steady_force / surface_stiffness
     # Without surface compliance the steepest tooth is what sets the fastest motion.

@@ -107,6 +107,7 @@ def stage_pieces(drive: Drive, quarter: bool) -> Floats:
     amplitude = 0.5 * drive.stage_stroke
     places = amplitude * (np.sin(0.5 * math.pi * share) if quarter else 1.0 - np.cos(math.pi * share))
     time = duration * share
+    # Chords of the sine: the stage is where it should be at the end of each piece.
     velocity = np.diff(places) / np.diff(time)
     return np.column_stack((time[1:], velocity, places[:-1] - velocity * time[:-1]))
 
@@ -258,6 +259,8 @@ def measure_strokes(
     numbers = leg_numbers(legs, motion.presliding, record.highest_force)
     loops = _NO_LOOPS
     if outcome.ok:
+        # From one turn to the next sliding, spring and contact go from F one way to F the other: a way of 2F
+        # (1/k + 1/K), which half of the stroke has to exceed.
         sliding_stroke = 4.0 * limit.steady_force * (1.0 / drive.spring_stiffness + 1.0 / record.initial_stiffness)
         loops = stage_loops(legs, numbers, sliding_stroke, damped=drive.damping_ratio > 0.0)
         outcome = _remark(loops, drive)

@@ -73,6 +73,7 @@ def binary_hierarchy(n_x: int, aspect_ratio: float, rows: int, first_spacing: Fi
         "doubling": [2.0**row for row in range(rows - 1)],
     }
     steps = np.array(doublings[first_spacing])
+    # Only ratios of the steps are given: the last row lies at the bottom.
     depths = np.concatenate(([0.0], np.cumsum(steps))) * (-aspect_ratio / steps.sum())
     return Grid(counts=np.array(intervals) + 1, depths=depths)
 

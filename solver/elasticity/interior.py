@@ -83,6 +83,7 @@ def gradient(grid: Grid, values: Vector) -> tuple[Vector, Vector]:
     rows = [values[grid.row_nodes(row)] for row in range(grid.rows)]
     along, down = [], []
     for row in range(grid.rows):
+        # With edge_order=2 the ends of a row have derivatives of parabolas, too.
         along.append(np.gradient(rows[row], grid.spacing(row), edge_order=2))
         used, basis = across(grid, row)
         above_or_below = [_interpolate_row(grid, rows[q], int(q), row) for q in used]

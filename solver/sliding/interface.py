@@ -67,11 +67,13 @@ class Portion:
 def chances(case: Case) -> Floats:
     """(N,) Numbers from 0 to below 1 that decide the contacts' loads."""
     drawn = np.random.PCG64(draw_start(case, 0, case.start).seed).random_raw(case.interface.contacts)
+    # 53 bits, as in `draw_start`.
     return np.asarray((drawn >> np.uint64(11)) * 2.0**-53)
 
 
 def compressions(drawn: Floats) -> Floats:
     """(N,) How far the plane presses each asperity down, over the mean: heights are exponentially distributed, whatever it is."""
+    # Inversion of the distribution 1 - e^(-c); drawn is below 1, so no logarithm of 0.
     return -np.log1p(-drawn)
 
 

@@ -94,6 +94,8 @@ def discrete_exponents(means: Vector, cutoffs: Vector) -> Vector:
 
 def _log_zeta_slopes(exponents: Vector, cutoffs: Vector) -> tuple[Vector, Vector]:
     """First and second derivative of ln ζ(τ, k_min) in τ, by differences over a share of its distance from the pole."""
+    # There is no derivative of ζ in τ in scipy. Steps shrink towards the pole at 1, where ln ζ is about
+    # -ln(τ - 1).
     h = 1e-3 * (exponents - 1.0)
     below = np.log(scipy.special.zeta(exponents - h, cutoffs))
     at = np.log(scipy.special.zeta(exponents, cutoffs))

@@ -132,6 +132,7 @@ def _ranks(values: Vector) -> Vector:
     group = np.cumsum(larger)
     counts = np.bincount(group)
     ranks = np.empty(len(values))
+    # Of c equal values the last of which has rank r, the mean rank is r - (c - 1)/2.
     ranks[order] = (np.cumsum(counts) - (counts - 1) / 2.0)[group]
     return ranks
 

@@ -58,6 +58,8 @@ def _relative_loads(case: Case, compliance: Compliance, compressed: Floats) -> F
     first = interface_contact(case, 0)
     alone = replace(first, effects=Effects(friction=False), slip_rule=SlipRule())
     # Load over depth is close to a power law: it is straight between logarithms of doubled loads.
+    # Even the most compressed of 10⁶ contacts, ln 10⁶ = 14 times the mean, bears about 14^1.5 = 52 times
+    # as much as one at the mean depth (a ball's load grows as depth^1.5): less than 2⁷.
     loads = case.normal_load * 2.0 ** np.arange(-20.0, 8.0)
     loads = loads[loads <= 1.0]
     states = [initial_contact(replace(alone, normal_load=load), compliance) for load in loads.tolist()]
@@ -225,6 +227,7 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
     total = reduce(_together, portions)
     if total.contacts < fewest_members(case.interface.contacts):
         raise _make_error(replace(total.outcome, ending=_ENDINGS[total.ending]))
+    # Contacts with a record carry the load of those without, too.
     there = case.total_load / total.load
     edges = np.linspace(0.0, total.end, PIECES + 1)
     force = total.force * there

@@ -123,6 +123,7 @@ def node_error(stiffness: Floats, step: float) -> float:
     count = len(stiffness)
     if count < 2:
         return math.nan
+    # Another node in contact in one of n starts changes their mean by step/n.
     scatter = float(stiffness.var(ddof=1)) / count
     # Only what the scatter between starts does not already hold is added.
     return float(student(count)) * math.sqrt(max((step / count) ** 2 - scatter, 0.0))

@@ -323,6 +323,7 @@ def _margin(case: Case, nodes: NDArray[Any]) -> float:
     first_in_contact = min(int(each.min()) for each in places)
     last_in_contact = max(int(each.max()) for each in places)
     between = min(first_in_contact, last - last_in_contact)
+    # The contact is taken to end half a spacing beyond its last node.
     return (between - 0.5) * case.slab.spacing
 
 

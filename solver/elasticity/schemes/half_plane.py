@@ -34,6 +34,7 @@ class HalfPlane(EndlessScheme):
     def convolution(self, slab: Slab) -> Convolution:
         _require_depth(slab)
         soft, places = (1 - slab.poisson) / np.pi, np.arange(slab.n_x)
+        # Distances in `mean_log` are in spacings h: ln(D/|x|) = ln(D/h) - ln(|x|/h).
         decay = soft * (math.log(slab.aspect_ratio / slab.spacing) - mean_log(places + 0j))
         return Convolution(decay + TANGENTIAL_DATUM, decay + NORMAL_DATUM, (1 - 2 * slab.poisson) / 4 * np.sign(places))
 
