@@ -141,7 +141,8 @@ def _shift_profile(xi: Floats, rows: Floats, place: float) -> tuple[Floats, ...]
     there = np.concatenate((xi, 2.0 * xi[-1] - xi[-2:0:-1]))
     moved = first + (there - first - place * period) % period
     inside = np.sort(moved[(moved - first >= LEAST_APART) & (xi[-1] - moved >= LEAST_APART)])
-    knots = np.concatenate((xi[:1], inside[np.diff(inside, prepend=-math.inf) >= LEAST_APART], xi[-1:]))
+    are_apart = np.diff(inside, prepend=-math.inf) >= LEAST_APART
+    knots = np.concatenate((xi[:1], inside[are_apart], xi[-1:]))
     # To and fro over the heights: where one period ends, the next begins.
     back = (heights[-2:0:-1] for heights in rows)
     mirrored = map(np.append, rows, back)
@@ -165,7 +166,9 @@ def omission_error(without: Sequence[float], whole: Sequence[float]) -> float:
     """
     change = mean_of(np.subtract(without, whole))
     mean = mean_of(np.array(whole, float))
-    error = float((abs(change.mean) + 2.0 * change.uncertainty) / abs(mean.mean)) if mean.mean else math.nan
+    if not mean.mean:
+        return math.inf
+    error = float((abs(change.mean) + 2.0 * change.uncertainty) / abs(mean.mean))
     return error if math.isfinite(error) else math.inf
 
 
@@ -194,7 +197,8 @@ def mean_of(values: ArrayLike, shared: Floats | float = 0.0) -> Mean:
     mean = np.where(there, values, 0.0).sum(axis=-1) / count
     off = values - mean[..., None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        error = student(most) * np.sqrt((off * off).sum(axis=-1) / (most - 1.0) / most)
+        squared_error = (off * off).sum(axis=-1) / (most - 1.0) / most
+        error = student(most) * np.sqrt(squared_error)
     # Scatter and shared error are independent: their squares add up.
     return Mean(np.where(enough, mean, np.nan), np.hypot(error, shared), having)
 
@@ -207,7 +211,10 @@ def jackknife(without: Sequence[float]) -> float:
     """
     # Efron's variance is (m - 1)/m Σ(θ_i - mean)²: m - 1 times the mean square that np.var returns.
     count = len(without)
-    return float(student(count) * math.sqrt((count - 1) * float(np.var(without)))) if count > 1 else math.nan
+    if count <= 1:
+        return math.nan
+    variance = (count - 1) * float(np.var(without))
+    return float(student(count) * math.sqrt(variance))
 
 
 def student(members: Any) -> Any:

@@ -137,7 +137,8 @@ def path_extent(path: LoadPath, presliding_length: float) -> tuple[int, float, f
     steps = [abs(then - now) for now, then in itertools.pairwise(places)]
     # Cycles after the first are all alike, two legs each: one is enough to know the way.
     again = path.cycles - shown if path.cyclic else 0
-    return len(steps) + 2 * again, sum(steps) + again * sum(steps[-2:]), max(map(abs, places))
+    way = sum(steps) + again * sum(steps[-2:])
+    return len(steps) + 2 * again, way, max(map(abs, places))
 
 
 def _stiffness(meaning: str, comment: str) -> Any:

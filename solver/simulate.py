@@ -71,7 +71,8 @@ class DriveResult(Viewed):
         picture, end = self.motion.picture(self.record.normal_load), self.motion.end_time
         levels = {"μ_s": self.coefficients.static_friction, "μ_k": self.coefficients.kinetic_friction}
         known = {name: level for name, level in levels.items() if math.isfinite(level)}
-        lines = (Curve(np.array([0.0, end]), np.full(2, level), name, "--") for name, level in known.items())
+        ends = np.array([0.0, end])
+        lines = (Curve(ends, np.full(2, level), name, "--") for name, level in known.items())
         return picture._replace(curves=(*picture.curves, *lines))
 
 

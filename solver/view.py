@@ -123,7 +123,8 @@ def as_dataset(numbers: Iterable[Labelled], factors: Mapping[str, float], outcom
         if quantity.per and quantity.per not in factors:
             told |= {"units": "1", "long_name": measure_label(quantity.meaning, OWN_UNITS[quantity.per])}
         scaled = number * factors.get(quantity.per, 1.0) if quantity.per else number
-        kinds[quantity.coordinate][quantity.name] = ((quantity.along,) if quantity.along else (), scaled, told)
+        dimensions = (quantity.along,) if quantity.along else ()
+        kinds[quantity.coordinate][quantity.name] = (dimensions, scaled, told)
     ended = {"outcome": str(outcome.ending), "message": outcome.message} if outcome else {}
     return xr.Dataset(*kinds, attrs=ended)
 

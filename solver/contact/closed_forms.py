@@ -153,7 +153,8 @@ def cattaneo_mindlin(contact: HertzContact, friction_coefficient: float, force_r
     if stick == 0.0:
         return friction_coefficient * full
     # For one radius Hertz's peak pressure is in proportion to the half-width.
-    inner = contact.peak_pressure * stick / contact.half_width * np.sqrt(np.clip(1 - (x / stick) ** 2, 0.0, None))
+    peak = contact.peak_pressure * stick / contact.half_width
+    inner = HertzContact(stick, peak).pressure(x)
     return friction_coefficient * (full - inner)
 
 

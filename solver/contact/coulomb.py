@@ -88,13 +88,15 @@ class CoulombContact:
 
     def __post_init__(self) -> None:
         self.node_slips = np.zeros(len(self.contact), np.int64)
-        self._set_up = np.zeros_like(self.contact).tobytes(), np.empty((0, 0)), len(self.contact)
+        no_contact = np.zeros_like(self.contact).tobytes()
+        self._set_up = no_contact, np.empty((0, 0)), len(self.contact)
         self.move_grid(0)
 
     def move_grid(self, nodes: int) -> None:
         """Move the grid by `nodes` nodes to the right (left if negative), dropping nodes it leaves, none of them in contact."""
         self.contact = np.roll(self.contact, -nodes)
-        self.sliding, self.u = np.roll(self.sliding, -nodes), np.roll(self.u, -nodes)
+        self.sliding = np.roll(self.sliding, -nodes)
+        self.u = np.roll(self.u, -nodes)
         self.node_slips = np.roll(self.node_slips, -nodes)
         self.first_node += nodes
         self.x = surface_from_pin(self.case, self.first_node)

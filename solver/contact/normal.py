@@ -343,7 +343,8 @@ def wrong_nodes(case: Case, found: NormalContact) -> Nodes:
     """Nodes (n,) in contact that pull, and free nodes that lie inside the pin."""
     x, pin = surface_from_pin(case), make_pin(case)
     # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
-    gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + found.u) - found.v, np.inf)
+    is_under = np.abs(x) <= pin.half_width
+    gap = np.where(is_under, pin.height(x + found.u) - found.v, np.inf)
     return np.asarray(np.where(found.contact, -found.normal_force, -gap) > INSIDE * case.normal_load)
 
 

@@ -108,13 +108,13 @@ class ContactState(Viewed):
         rows = self.layout.rows
         row = slice(int(np.argmax(self.pressure)) % rows, None, rows)
         touching = np.flatnonzero(self.contact[row])
-        shown = slice(max(touching[0] - 2, 0), touching[-1] + 3) if len(touching) else slice(None)
-        share = self._factors()["contact_load"]
-        curves = [
-            Curve(self.x[row][shown], share * values[row][shown], name, ".-")
-            for name, values in (("pressure p", self.pressure), ("shear q", self.shear))
-        ]
-        return Picture("place x/L_x", "traction, in W/(L_x·L_y)", tuple(curves))
+        shown = slice(None)
+        if len(touching):
+            shown = slice(max(touching[0] - 2, 0), touching[-1] + 3)
+        places, share = self.x[row][shown], self._factors()["contact_load"]
+        pressure = Curve(places, share * self.pressure[row][shown], "pressure p", ".-")
+        shear = Curve(places, share * self.shear[row][shown], "shear q", ".-")
+        return Picture("place x/L_x", "traction, in W/(L_x·L_y)", (pressure, shear))
 
 
 @dataclass(frozen=True, slots=True)

@@ -115,7 +115,8 @@ class _Contact:
         Raises _BeyondWindow.
         """
         record = empty_record(motion, samples, BINS)
-        slip, tally = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), Tally(0, 0.0, 0.0, 0, 0)
+        slip = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0)
+        tally = Tally(0, 0.0, 0.0, 0, 0)
         slips = np.empty((0, 5))
         while True:
             compiled, left = self.compiled, motion.most_slips - len(slips)

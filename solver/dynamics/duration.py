@@ -114,12 +114,9 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     force = mean + np.outer(share, limit.force[first:] - mean)
     slope = np.outer(share, limit.slope[first:])
     rise = RISING**2 * drive.spring_stiffness
-    ramped = FrictionLimit(
-        edges,
-        np.concatenate(([0.0], force.ravel())),
-        np.concatenate(([rise], slope.ravel())),
-        1 + growing * teeth,
-    )
+    forces = np.concatenate(([0.0], force.ravel()))
+    slopes = np.concatenate(([rise], slope.ravel()))
+    ramped = FrictionLimit(edges, forces, slopes, 1 + growing * teeth)
     trial = replace(drive, duration=duration, integrator="exact", samples=1, max_slips=None, step_limit=FORGETTING)
     motion = integrate(ramped, trial, surface_stiffness)
     sticks = motion.restick_time[motion.restick_position > ramp]

@@ -50,7 +50,8 @@ class FrictionLimit:
             raise InvalidInput("periodic_from", self.periodic_from, f"one of the {count} teeth")
         if self.edges[0] != 0.0 or not np.all(np.diff(self.edges) > 0.0) or not math.isfinite(self.edges[-1]):
             raise InvalidInput("edges", need="finite positions that increase from 0")
-        lowest = min(self.force.min(), (self.force + self.slope * np.diff(self.edges)).min())
+        ends = self.force + self.slope * np.diff(self.edges)
+        lowest = min(self.force.min(), ends.min())
         if not (np.isfinite(self.force).all() and np.isfinite(self.slope).all()):
             raise InvalidInput("force, slope", need="finite numbers")
         if not lowest >= -1e-12 * self.force.max():  # rounding of slope × width may end a tooth just below 0

@@ -136,15 +136,17 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
         return StickSlipCount(slips, resticks, stuck, None, math.nan, math.nan, why)
     regime = _regime(result) if slips else "micro_slip" if follows else "sticks"
     late = result.slip_time >= 0.5 * duration
-    repeats = (
-        regime in ("micro_slip", "slides") or np.count_nonzero(late) > 1 or (0 < slips != resticks and not late.any())
-    )
+    late_slips = int(np.count_nonzero(late))
+    lasts_all_through = 0 < slips != resticks and not late_slips
+    repeats = regime in ("micro_slip", "slides") or late_slips > 1 or lasts_all_through
     rings = regime == "slides" and result.settling_time >= lag_time(drive)
     ringing = _ringing_ends(result, drive, RINGING * result.spring_force_range) if rings else 0.0
     unsettled = _explain_no_period(result, drive, late, ringing) if repeats else ""
     if unsettled or not repeats:
         return StickSlipCount(slips, resticks, stuck, regime, math.nan, math.nan, unsettled, ringing)
-    period = float(np.diff(result.slip_time[late]).mean()) if regime == "stick_slip" and late.sum() > 1 else math.nan
+    period = math.nan
+    if regime == "stick_slip" and late_slips > 1:
+        period = float(np.diff(result.slip_time[late]).mean())
     return StickSlipCount(slips, resticks, stuck, regime, result.spring_force_range, period)
 
 
@@ -177,7 +179,8 @@ def _ringing_ends(result: DynamicsResult, drive: Drive, force: float) -> float:
     """
     natural, decay = math.sqrt(drive.spring_stiffness), decay_rate(drive)
     damper = 2.0 * drive.damping_ratio * natural * drive.stage_velocity
-    away = float(result.slip_force[-1]) - damper - float(result.binned_force[BINS // 2 :].mean())
+    mean_friction = float(result.binned_force[BINS // 2 :].mean())
+    away = float(result.slip_force[-1]) - damper - mean_friction
     # Peak to peak, from a pin at rest: its force is `away` from the mean, its velocity V from the stage's.
     ringing = 2.0 * math.hypot(away, natural * drive.stage_velocity)
     if decay == 0.0 or force == 0.0:
@@ -209,7 +212,8 @@ def _ramp_left(result: DynamicsResult, drive: Drive, slips: int) -> float:
     lag, end = lag_time(drive), result.end_time
     if result.settling_time < lag:
         # The spring stretches as 1 - exp(-t/lag): what it gains from the middle to the end.
-        return float(after.mean()) * (math.exp(-0.5 * end / lag) - math.exp(-end / lag))
+        gain = math.exp(-0.5 * end / lag) - math.exp(-end / lag)
+        return float(after.mean()) * gain
     return 0.0 if slips else float(after.mean() - before.max())
 
 

@@ -120,7 +120,9 @@ class Oscillator:
             sine, cosine = left * functions.sin(beat * tau), left * functions.cos(beat * tau)
         else:
             # Two decaying exponentials: hyperbolic functions would overflow before the damping takes hold.
-            fast, slow = exp(-(decay + beat) * tau), exp(-(natural**2 / (decay + beat)) * tau)
+            fast_rate = decay + beat
+            slow_rate = natural**2 / fast_rate  # the product of both is the square of the natural frequency
+            fast, slow = exp(-fast_rate * tau), exp(-slow_rate * tau)
             sine, cosine = (slow - fast) / 2.0, (slow + fast) / 2.0
         # e^(-ζω_n τ) sin(ω_d τ)/ω_d and its derivative, ω_d = ω_n √(1 - ζ²); of ζ > 1 sinh and cosh with √(ζ² - 1).
         return sine / beat, cosine - decay / beat * sine
@@ -191,9 +193,11 @@ def stick_slip(
     for force in set(forces):
         those = moving & (np.array([math.nan, *forces])[last] == force)
         slip = last[those] - 1
-        moved, velocity[those] = slide(force)[0].motion(time[those] - np.array(starts)[slip])
+        since_start = time[those] - np.array(starts)[slip]
+        moved, velocity[those] = slide(force)[0].motion(since_start)
         position[those] = np.array(places)[slip] + moved
-    return StickSlip(time, position, velocity, k * (stage * time - position), np.array(starts), np.array(ends))
+    spring_force = k * (stage * time - position)
+    return StickSlip(time, position, velocity, spring_force, np.array(starts), np.array(ends))
 
 
 MOST_SLIPS: Final = 128
@@ -253,7 +257,8 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> 
     def misfit(coefficients: Floats) -> Floats:
         return (model(coefficients).spring_force - force) / normal_load
 
-    late, first, last = force[-len(time) // 4 :], result.slip_force[0], result.slip_force[-1]
+    late = force[-len(time) // 4 :]
+    first, last = result.slip_force[0], result.slip_force[-1]
     middle = 0.5 * (late.max() + late.min())  # about kinetic friction the force swings evenly
     starts = [np.array([middle, first, middle + share * (last - middle)]) / normal_load for share in _STARTS]
     settings: Any = {"method": "lm", "diff_step": np.full(_UNKNOWNS, 1e-5), "x_scale": 1e-2, "max_nfev": _MOST_TRIALS}

@@ -172,7 +172,9 @@ def _make_leg(run: Course, motion: Motion, pieces: Floats, sign: int, begin: flo
     damper_work = c * float(velocity @ (velocity * lasting - np.diff(position[at_edges])))
     stage = np.interp(np.arange(last + 1) / last, edges / duration, places)
     stretch = stage - position
-    stored = k * (stretch[-1] ** 2 - stretch[0] ** 2) + speed[-1] ** 2 - speed[0] ** 2
+    # Twice the energy, with mass 1.
+    spring_gain = k * (stretch[-1] ** 2 - stretch[0] ** 2)
+    stored = spring_gain + speed[-1] ** 2 - speed[0] ** 2
     return Leg(
         sign=sign,
         begin=begin,
@@ -225,10 +227,12 @@ def leg_teeth(limit: FrictionLimit, phase: float, way: float, level: float) -> T
     starts = way + np.append(0.0, np.cumsum(widths))
     # A cut at an edge, but for rounding, leaves a part without width.
     parts = np.diff(starts) > 0.0
-    starts, forces, slopes = np.append(starts[0], starts[1:][parts]), forces[parts], slopes[parts]
+    starts = np.append(starts[0], starts[1:][parts])
+    forces, slopes = forces[parts], slopes[parts]
     if way <= 0.0:
         return ToothTable(starts, forces, slopes, 0)
-    return ToothTable(np.append(0.0, starts), np.append(level, forces), np.append(0.0, slopes), 1)
+    forces, slopes = np.append(level, forces), np.append(0.0, slopes)
+    return ToothTable(np.append(0.0, starts), forces, slopes, 1)
 
 
 class StageMotion(NamedTuple):
@@ -306,9 +310,8 @@ def stage_loops(legs: Sequence[Leg], numbers: StageLegs, sliding_stroke: float, 
     static = kept["static_force"][np.isfinite(kept["static_force"])]
     time = math.fsum(leg.duration for leg in later)
     impulse = math.fsum(leg.sign * leg.mean_force * leg.duration for leg in later)
-    gaps = [
-        np.abs(one.spring_force - other.spring_force).max() for one, other in zip(legs[-4:-2], legs[-2:], strict=True)
-    ]
+    last_cycles = zip(legs[-4:-2], legs[-2:], strict=True)
+    gaps = [np.abs(one.spring_force - other.spring_force).max() for one, other in last_cycles]
     most = int(np.bincount(kept["regime"], minlength=len(LEG_WORDS)).argmax())
     return StageLoops(
         loop_energy=energy["spring_work"],
@@ -349,7 +352,8 @@ def _remark(loops: StageLoops, drive: Drive) -> Outcome:
 def _join_legs(legs: Sequence[Leg], drive: Drive) -> tuple[Course, Floats]:
     """The run along all legs in the frame of the slab, and the place of the stage; NaN beyond the last leg."""
     count = drive.output_times
-    samples, stage = np.full((count + 1, 3), math.nan), np.full(count + 1, math.nan)
+    samples = np.full((count + 1, 3), math.nan)
+    stage = np.full(count + 1, math.nan)
     row, slips = 0, [np.empty((0, 5))]
     for leg in legs:
         rows = slice(row, row + len(leg.stage))

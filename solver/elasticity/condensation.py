@@ -45,7 +45,8 @@ def families(k: Stiffness) -> list[Fields]:
     """
     # A support on one side alone couples even and odd fields.
     if not np.array_equal(k.fixed, k.fixed[:, _mirror(k.grid)]):
-        return [_number_fields(np.arange(2 * k.grid.nodes), np.where(k.fixed.ravel(), 0.0, 1.0))]
+        weight = np.where(k.fixed.ravel(), 0.0, 1.0)
+        return [_number_fields(np.arange(2 * k.grid.nodes), weight)]
     return [_parity_fields(k, sign) for sign in (1.0, -1.0)]
 
 
@@ -136,13 +137,8 @@ def eliminate_definite(stiffness: Dense, count: int, follows: Dense) -> Eliminat
     solved = scipy.linalg.blas.dtrsm(1.0, root, right, lower=1, overwrite_b=1)
     of_surface, of_others = solved[:, : len(follows)], solved[:, len(follows) :]
     left = follows[:, count:] - of_surface.T @ of_others
-    return Eliminated(
-        stiffness[count:, count:] - of_others.T @ of_others,
-        left,
-        left.T,
-        (of_surface.T, of_surface),
-        reciprocal_condition,
-    )
+    remaining = stiffness[count:, count:] - of_others.T @ of_others
+    return Eliminated(remaining, left, left.T, (of_surface.T, of_surface), reciprocal_condition)
 
 
 def _norm(square: Dense) -> float:
@@ -256,7 +252,8 @@ class _Slab:
         border = np.flatnonzero(beyond)
         size = len(cut) + len(border)
         place = np.full(len(self.number), size)
-        place[cut], place[border] = np.arange(len(cut)), np.arange(len(cut), size)
+        place[cut] = np.arange(len(cut))
+        place[border] = np.arange(len(cut), size)
         return _Front(cut, border, place)
 
     def _surface_response(self, surface: slice, front: _Front, pieces: list[tuple[_Piece, Dense]]) -> Dense:

@@ -68,11 +68,10 @@ class Grid:
 def binary_hierarchy(n_x: int, aspect_ratio: float, rows: int, first_spacing: FirstSpacing) -> Grid:
     """The paper's grid: row spacings as 1, 1, 2, 4, … (`equal`) or 1, 2, 4, 8, … (`doubling`)."""
     intervals = [(n_x - 1) // 2 ** max(row - 1, 0) for row in range(rows)]
-    doublings = {
-        "equal": [1.0, *(2.0**row for row in range(rows - 2))],
-        "doubling": [2.0**row for row in range(rows - 1)],
-    }
-    steps = np.array(doublings[first_spacing])
+    doublings = [2.0**row for row in range(rows - 1)]
+    if first_spacing == "equal":
+        doublings = [1.0, *doublings[:-1]]
+    steps = np.array(doublings)
     # Only ratios of the steps are given: the last row lies at the bottom.
     depths = np.concatenate(([0.0], np.cumsum(steps))) * (-aspect_ratio / steps.sum())
     return Grid(counts=np.array(intervals) + 1, depths=depths)

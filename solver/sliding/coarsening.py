@@ -15,7 +15,8 @@ def double_spacing(case: Case) -> Case | None:
     # Settings that nobody gave follow from the number of nodes.
     usual = replace(case.slab, scheme=scheme.name)
     try:
-        coarse = replace(case, slab=replace(case.slab, n_x=nodes, scheme=scheme.name if usual == case.slab else scheme))
+        settings = scheme.name if usual == case.slab else scheme
+        coarse = replace(case, slab=replace(case.slab, n_x=nodes, scheme=settings))
     except InvalidInput:
         return None
     return None if {*predict_flags(coarse)} - {*predict_flags(case)} else coarse

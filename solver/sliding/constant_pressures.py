@@ -40,7 +40,8 @@ def slide_with_constant_pressures(case: Case, start: ContactState, compliance: C
     nodes = start.contact.nonzero()[0]
     limit = initial_limit(case, start, compliance)
     state, constants = _tangential_state(case, compliance, start, limit, way.direction), slip_constants(case)
-    stiffness, slips = float(state.rate.sum()) * way.direction.pin_rate, np.zeros(len(nodes), np.int64)
+    stiffness = float(state.rate.sum()) * way.direction.pin_rate
+    slips = np.zeros(len(nodes), np.int64)
     most, end_at = case.max_events or MOST_EVENTS, way.end(case, presliding_length(limit, stiffness))
     events, held = first_room(most), 0
     while True:

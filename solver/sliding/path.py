@@ -61,7 +61,8 @@ class Leg(FrictionRecord):
         """δ_p and friction force with its sign, before and after each event and at both ends, in L_x and G·L_x·L_y."""
         found = teeth(self)
         force = np.column_stack((found.start, found.end)).ravel()
-        return self.turn + self.direction * np.repeat(found.edges, 2)[1:-1], self.direction * force
+        displacement = np.repeat(found.edges, 2)[1:-1]
+        return self.turn + self.direction * displacement, self.direction * force
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -232,7 +233,8 @@ def _apart(leg: Leg, then: Leg) -> float:
     until = min(one.edges[-1], other.edges[-1])
     # Forces jump at events: they are compared at each edge and just before it.
     places = np.concatenate((one.edges, other.edges))
-    places = np.unique(np.minimum(np.concatenate((places, np.nextafter(places, 0.0))), until))
+    places = np.concatenate((places, np.nextafter(places, 0.0)))
+    places = np.unique(np.minimum(places, until))
     apart = one.force(places) - other.force(places)
     return float(np.abs(apart).max())
 

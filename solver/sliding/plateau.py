@@ -134,11 +134,10 @@ class Teeth:
 
 def teeth(record: FrictionRecord) -> Teeth:
     """The whole record as straight pieces: from δ_p = 0 to the first event, between events, on to the record's end."""
-    return Teeth(
-        np.concatenate(([0.0], record.displacement, [record.final_displacement])),
-        np.concatenate(([record.initial_force], record.force_after)),
-        np.concatenate((record.force_before, [record.final_force])),
-    )
+    edges = np.concatenate(([0.0], record.displacement, [record.final_displacement]))
+    start = np.concatenate(([record.initial_force], record.force_after))
+    end = np.concatenate((record.force_before, [record.final_force]))
+    return Teeth(edges, start, end)
 
 
 def _share_of_piece(part: Floats, width: Floats) -> Floats:

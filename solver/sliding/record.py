@@ -171,8 +171,9 @@ class FrictionRecord(Viewed):
         """F/W over displacement: a sawtooth from δ_p = 0 to the record's end."""
         moved = np.concatenate(([0.0], np.repeat(self.displacement, 2), [self.final_displacement]))
         both = np.column_stack((self.force_before, self.force_after)).ravel()
-        force = np.concatenate(([self.initial_force], both, [self.final_force])) * self._factors()["normal_load"]
-        return Picture("pin displacement δ_p/L_x", "friction force F/W", (Curve(moved, force),))
+        force = np.concatenate(([self.initial_force], both, [self.final_force]))
+        share = force * self._factors()["normal_load"]
+        return Picture("pin displacement δ_p/L_x", "friction force F/W", (Curve(moved, share),))
 
 
 EVENT_TYPES = {name: column.dtype for name, column in quantities(FrictionRecord).items() if column.along == "event"}

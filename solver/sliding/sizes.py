@@ -116,10 +116,10 @@ def rank_correlation(first: Vector, second: Vector) -> float:
     known = np.isfinite(first) & np.isfinite(second)
     if known.sum() < FEWEST_PAIRS:
         return math.nan
-    ranks = [_ranks(column[known]) for column in (first, second)]
-    ranks = [rank - rank.mean() for rank in ranks]
-    scale = math.sqrt(float(ranks[0] @ ranks[0]) * float(ranks[1] @ ranks[1]))
-    return float(ranks[0] @ ranks[1]) / scale if scale > 0.0 else math.nan
+    one, other = _ranks(first[known]), _ranks(second[known])
+    one, other = one - one.mean(), other - other.mean()
+    scale = math.sqrt(float(one @ one) * float(other @ other))
+    return float(one @ other) / scale if scale > 0.0 else math.nan
 
 
 def _ranks(values: Vector) -> Vector:
@@ -128,7 +128,8 @@ def _ranks(values: Vector) -> Vector:
     A record repeats itself from spacing to spacing: which of two such events is the larger is decided by rounding.
     """
     order = np.argsort(values, kind="stable")
-    larger = np.diff(values[order], prepend=values[order[:1]]) > ALIKE_SIZES * np.abs(values).max()
+    step = np.diff(values[order], prepend=values[order[:1]])
+    larger = step > ALIKE_SIZES * np.abs(values).max()
     group = np.cumsum(larger)
     counts = np.bincount(group)
     ranks = np.empty(len(values))
@@ -204,7 +205,8 @@ def _together(members: Sequence[Values], discrete: bool) -> tuple[list[Floats], 
     """Sizes of each member with sizes, and of all together; empty if too few members have sizes."""
     each = [values for sizes in members if len(values := power_law.sort_sizes(sizes, discrete).values)]
     enough = len(each) >= fewest_members(len(members))
-    return each, power_law.sort_sizes(np.concatenate([np.empty(0), *(each if enough else ())]), discrete)
+    together = np.concatenate([np.empty(0), *each]) if enough else np.empty(0)
+    return each, power_law.sort_sizes(together, discrete)
 
 
 def exponent_over_members(members: Sequence[Floats], fitted: float, discrete: bool) -> tuple[float, float, int]:

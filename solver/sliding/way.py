@@ -58,7 +58,8 @@ class SlippedNodes:
 
     def grid_slips(self, first: int, nodes: int) -> NDArray[np.int64]:
         """Slip counts of a grid whose first node is `first`, (nodes,), to be added to."""
-        left, right = max(self.first - first, 0), max(first + nodes - self.first - len(self.slips), 0)
+        end = self.first + len(self.slips)
+        left, right = max(self.first - first, 0), max(first + nodes - end, 0)
         if left or right:
             self.first -= left
             self.slips = np.pad(self.slips, (left, right))

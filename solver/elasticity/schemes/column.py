@@ -100,7 +100,8 @@ class _Ends:
 
     def remaining_height(self, height: float) -> float:
         """Height that head and tail of a slab leave for the middle, in L_x."""
-        return height - float(self.thickness(self.head).sum() + self.thickness(self.tail).sum())
+        ends_height = self.thickness(self.head).sum() + self.thickness(self.tail).sum()
+        return height - float(ends_height)
 
 
 def _middle_depths(ends: _Ends, height: float) -> Floats:
@@ -157,8 +158,10 @@ def resultants(n_x: int) -> Dense:
 
     Its transpose leads from rigid motions [w; u; rotation] to displacements of the surface nodes.
     """
-    none, one, x = np.zeros(n_x), np.ones(n_x), np.linspace(-0.5, 0.5, n_x)
-    return np.stack([np.concatenate(pair) for pair in ((none, one), (one, none), (none, x))])
+    none, one = np.zeros(n_x), np.ones(n_x)
+    x = np.linspace(-0.5, 0.5, n_x)
+    pairs = ((none, one), (one, none), (none, x))
+    return np.stack([np.concatenate(pair) for pair in pairs])
 
 
 def bar_forces(n_x: int) -> Dense:

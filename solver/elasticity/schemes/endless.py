@@ -80,7 +80,8 @@ class Convolution(SurfaceConvolution):
 
     def __post_init__(self) -> None:
         # On a circle of 2(n-1) nodes the way round the back is never shorter, and the even w meets itself at n-1.
-        symbol = scipy.fft.rfft(np.concatenate((self.along_z, self.along_z[-2:0:-1]))).real
+        circle = np.concatenate((self.along_z, self.along_z[-2:0:-1]))
+        symbol = scipy.fft.rfft(circle).real
         # Conjugate gradients need a preconditioner that is positive.
         inverse = 1.0 / np.abs(symbol)
         inverse[0] = inverse[1]  # the mean of a half-plane hangs on its datum, and may have any sign
@@ -178,7 +179,8 @@ class EndlessScheme(Scheme):
         # Flamant's displacement is (1-ν)/π ln(D/|x|) per force. Forces that move all of a contact of the width 2a alike,
         # as 1/√(a² - x²), move it by (1-ν)/π ln(2D/a).
         width = nodes * slab.spacing
-        return math.pi / ((1.0 - slab.poisson) * max(math.log(4.0 * slab.aspect_ratio / width), 1.0))
+        spread = max(math.log(4.0 * slab.aspect_ratio / width), 1.0)
+        return math.pi / ((1.0 - slab.poisson) * spread)
 
     def matrix(self, slab: Slab) -> Dense:
         return self.convolution(slab).window(np.arange(slab.nodes))

@@ -74,7 +74,8 @@ class Galerkin(GridScheme):
     def complete_settings(self, slab: Slab) -> "Galerkin":
         validate(self)
         levels = grid_levels(slab.n_x)
-        coarsest = min(levels, max(1, math.ceil(math.log2(16.0 / min(1.0, slab.aspect_ratio)))))
+        fewest_intervals = 16.0 / min(1.0, slab.aspect_ratio)
+        coarsest = min(levels, max(1, math.ceil(math.log2(fewest_intervals))))
         if self.bottom_row is not None:
             coarsest = min(coarsest, max(1, grid_levels(self.bottom_row)))
         coarsest_row = 2**coarsest + 1 if self.coarsest_row is None else self.coarsest_row

@@ -65,7 +65,9 @@ class Layer(PlanarScheme):
                 u += (mean - turning * (2.0 * cosine**2 - 1.0)) / 4.0
                 w += normal / 4.0
                 across += mixed * cosine / 4.0
-        u, w, across = even(even(u, 0), 1), even(even(w, 0), 1), odd(even(across, 1))
+        u = even(even(u, 0), 1)
+        w = even(even(w, 0), 1)
+        across = odd(even(across, 1))
         return PlaneConvolution(found + np.array([[u, across], [-across, w]]))
 
 
@@ -85,7 +87,8 @@ def _splines(slab: Slab, farthest: float) -> "scipy.interpolate.CubicSpline":
         turns = np.outer(r[some], waves)
         zeroth, first = scipy.special.j0(turns), scipy.special.j1(turns)
         # J_2(x) = 2 J_1(x)/x - J_0(x), whose terms cancel for small x: there it is x²/8.
-        second = np.where(turns > SMALL, 2.0 * first / np.maximum(turns, SMALL) - zeroth, turns**2 / 8.0)
+        recurrence = 2.0 * first / np.maximum(turns, SMALL) - zeroth
+        second = np.where(turns > SMALL, recurrence, turns**2 / 8.0)
         for row, (bessel, transform) in enumerate(
             ((zeroth, (along_x + along_y) / 2), (second, (along_x - along_y) / 2), (zeroth, along_z), (first, mixed))
         ):

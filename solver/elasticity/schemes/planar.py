@@ -88,7 +88,8 @@ class PlaneConvolution(SurfaceConvolution):
         columns, rows = divmod(nodes, self._n)
         # The last row of a column and the first of the next are neighbours in number alone.
         begins = (np.diff(nodes) != 1) | (rows[1:] == 0)
-        return columns, rows, np.concatenate(([0], 1 + begins.nonzero()[0], [len(nodes)]))
+        firsts = 1 + begins.nonzero()[0]
+        return columns, rows, np.concatenate(([0], firsts, [len(nodes)]))
 
     def decouple(self) -> "PlaneConvolution":
         table = self.by_offset.copy()
@@ -101,7 +102,8 @@ class PlaneConvolution(SurfaceConvolution):
     def _forward_transform(self, values: Dense) -> NDArray[np.complex128]:
         """Transform on the circle of values (…, n²)."""
         around = self._spectrum.shape[-2]
-        return np.asarray(scipy.fft.rfft2(values.reshape(*values.shape[:-1], self._n, self._n), (around, around)))
+        planes = values.reshape(*values.shape[:-1], self._n, self._n)
+        return np.asarray(scipy.fft.rfft2(planes, (around, around)))
 
     def _inverse_transform(self, transform: NDArray[np.complex128]) -> Dense:
         """Values at the nodes, (…, n²), that have this transform."""
