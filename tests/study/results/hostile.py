@@ -252,7 +252,7 @@ EDITS: Final[tuple[Edit, ...]] = (
 
 COMMANDS: Final[dict[str, tuple[str, ...]]] = {
     "report": ("report", "{campaign}", "--out", "{out}"),
-    "figure": ("figure", "{campaign}", "--out", "{out}"),
+    "figure": ("figure", "{campaign}", "--out", "{out}", "--y", "plateau_mean", "-o", "{out}/drawn.svg", "--csv"),
     "verify": ("verify", "{dataset}", "--sample", "1"),
     "compare": ("compare", "{dataset}", "{whole}"),
     "compare with it": ("compare", "{whole}", "{dataset}"),
