@@ -72,9 +72,9 @@ class StickSlipCount:
         "peak-to-peak spring force over load",
         ensemble=True,
         shared="repetition",
-        comment="in the second half of the drive's time; NaN unless two macroscopic slips begin in it, one lasts all "
-        "through it, or the regime is micro_slip; NaN where the first slip, the end of the loading ramp or the ringing of the "
-        "start is in that half; no mean unless all members have it in one regime",
+        comment="in the second half of the drive's time. It needs two macroscopic slips that begin there, or one that lasts all "
+        "through it, or the regime micro_slip. NaN if the first slip, the end of the loading ramp or the ringing of the start is "
+        "in that half. A mean needs a value of every start, all in one regime",
         per="normal_load",
         alike="regime",
     )
@@ -107,11 +107,10 @@ class CriticalVelocity:
         ensemble=True,
         shared="length",
         symbol="V_c",
-        comment="above it the pin no longer sticks; at the drive's spring, mass and damping ratio, pulled from rest over the "
-        "same record, without `memory`; a longer record has higher peaks, and a higher V_c, of which ± contains what the later "
-        "half of the record adds; by bisection to 2 %, from where "
-        "Eq. 17 ends no slip down to a 16,000th; below it there may be windows without sticking; NaN unless "
-        "critical_velocity_search is found",
+        comment="above it the pin no longer sticks. It belongs to the drive's spring, mass and damping ratio, pulled from rest "
+        "over the same record, without `memory`. A longer record has higher peaks, and a higher V_c: ± contains what its later "
+        "half adds. It is found by bisection to 2 %, from the velocity at which Eq. 17 ends no slip down to a 16,000th of it. "
+        "Below it there may be windows without sticking. NaN unless critical_velocity_search is found",
     )
     critical_velocity_search: Search = quantity(
         "result of the search for V_c",

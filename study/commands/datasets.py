@@ -30,7 +30,7 @@ from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import word_for_symbol
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.report import summary
-from nanoslip.study.report.console import FAILED, counting, note, print_sentences, print_table, whole
+from nanoslip.study.report.console import FAILED, console, counting, note, print_sentences, print_table, whole
 from nanoslip.study.results.files import results_folder
 from nanoslip.study.results.store import Store, StoreError
 
@@ -96,7 +96,10 @@ def print_summary(dataset: xr.Dataset) -> None:
     cases = summary.scalar_table(dataset, why=False, most=summary.MOST_LINES, scales=scales)
     table, alike = summary.factor_out_columns(cases)
     print_table(table)
-    print_sentences([*alike, explain_means(dataset), *summary.drive_summary(dataset)])
+    # What all rows have in common stands below the table, whatever its width.
+    in_all_rows = {*cases.names} - {*table.names}
+    shown = [*in_all_rows, *table.shown_names(console().width)]
+    print_sentences([*alike, explain_means(dataset, shown), *summary.drive_summary(dataset)])
     print_sentences(summary.failure_summary(dataset).values(), FAILED)
     print_sentences(summary.cautions(dataset))
 

@@ -123,7 +123,7 @@ def try_campaign(
 
 
 def _drive_outlook(manifest: Manifest) -> Iterator[str]:
-    """Why a drive may have no answer: to be known before minutes are spent on it."""
+    """Report why a drive may have no answer: to be known before minutes are spent on it."""
     with suppress(InvalidInput):  # the case is refused, and says why
         for line in out_of_reach(make_plan(manifest)).values():
             yield f"expected: {line}"
@@ -497,7 +497,7 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
     sizes = drive_sizes({name: (values[name],) for name in of_drive})
     if sizes:
         sentences.append(f"drive: {', '.join(sizes)}")
-    outcomes = single_case.ending_lines(case, brief=answered)
+    outcomes = single_case.ending_lines(case, brief=answered, names=names)
     print_sentences([*sentences, *outcomes])
     table, others = single_case.case_table(case, names)
     if table.rows:

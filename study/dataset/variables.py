@@ -6,7 +6,7 @@ Lengths are in L_x, stiffness in G·L_y, forces over the load W; trajectories of
 
 import difflib
 import weakref
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from itertools import chain
@@ -633,9 +633,9 @@ def missing_error_reasons(dataset: xr.Dataset, names: Iterable[str]) -> str:
     return f"± ?: {', '.join(found)}" if found else ""
 
 
-def explain_means(dataset: xr.Dataset) -> str:
-    """Explain means over members, ±, and the remarks for missing members or an unknown ±."""
-    names = list(map(str, dataset.data_vars))
+def explain_means(dataset: xr.Dataset, shown: Iterable[Hashable]) -> str:
+    """Explain means over members, ±, and the remarks for missing members or an unknown ± of the variables shown."""
+    names = list(map(str, shown))
     counts = filter(None, (member_count_text(dataset, name) for name in names))
     # Variables, not arrays: nothing here needs the coordinates, which take ten times as long to compare.
     parts = []

@@ -79,26 +79,19 @@ class Table:
     """Numbers of the rows that a terminal shows in colour."""
     asked: int = 0
     """Number of columns after the labels that were requested."""
+    names: tuple[str, ...] = ()
+    """Variables of the columns between the labels and the last one; empty if these are none."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """The table in `options.max_width` letters."""
-        width, last = options.max_width, len(self.header) - 1
-        least = min(self.labels + self.asked, last)
-        *columns, sentences = zip(self.header, *self.rows, strict=True)
-        least_room = min(_widest(sentences), LEAST_ROOM)
-        needed = max(least_room, *map(_longest_word, sentences))
-        wide = [_widest(cells) for cells in columns]
-        folded = [max(_longest_word(title), _widest(cells)) for title, *cells in columns]
-        fewer = [folded[:count] for count in range(last, least - 1, -1)]
-        tight = [max(map(_longest_word, cells)) for cells in columns[:least]]
-        # The order is that of loss: first columns at full width, then fewer of them, at last broken cells.
-        for widths in (wide, *fewer, tight):
-            room = width - _width(widths)
-            if room >= needed:
-                yield self._grid(widths, room)
-                yield from _name_missing(self.header[len(widths) : -1], width)
-                return
-        for widths in (folded[:least], tight):
+        width = options.max_width
+        folded, tight = self._widths()
+        beside = self._widths_beside_sentences(width)
+        if beside:
+            yield self._grid(beside, width - _width(beside))
+            yield from _name_missing(self.header[len(beside) : -1], width)
+            return
+        for widths in (folded[: len(tight)], tight):
             if _width(widths) <= width:
                 yield from self._above_sentences(widths, console, options)
                 return
@@ -108,6 +101,35 @@ class Table:
             yield from parts
         else:
             yield from self._cards(width)
+
+    def shown_names(self, width: int) -> tuple[str, ...]:
+        """Variables of the columns that are shown in this many letters."""
+        beside = self._widths_beside_sentences(width)
+        # Too narrow for that, a table has its requested columns, or a line for each cell.
+        shown = len(beside) - self.labels if beside else self.asked or len(self.names)
+        return self.names[:shown]
+
+    def _widths(self) -> tuple[list[int], list[int]]:
+        """Widths of all columns but the last with folded titles; those of labels and requested columns with folded cells."""
+        last = len(self.header) - 1
+        least = min(self.labels + self.asked, last)
+        columns = list(zip(self.header, *self.rows, strict=True))[:last]
+        folded = [max(_longest_word(title), _widest(cells)) for title, *cells in columns]
+        return folded, [max(map(_longest_word, cells)) for cells in columns[:least]]
+
+    def _widths_beside_sentences(self, width: int) -> list[int]:
+        """Widths of the columns that fit into a width with the last one beside them; empty if not all requested ones do."""
+        folded, tight = self._widths()
+        *columns, sentences = zip(self.header, *self.rows, strict=True)
+        least_room = min(_widest(sentences), LEAST_ROOM)
+        needed = max(least_room, *map(_longest_word, sentences))
+        wide = [_widest(cells) for cells in columns]
+        fewer = [folded[:count] for count in range(len(folded), len(tight) - 1, -1)]
+        # The order is that of loss: first columns at full width, then fewer of them, at last broken cells.
+        for widths in (wide, *fewer, tight):
+            if width - _width(widths) >= needed:
+                return widths
+        return []
 
     def _parts(self, width: int, folded: Sequence[int]) -> "Iterator[Table]":
         """Tables with the labels and as many requested columns as fit, the last with the sentences; none if one does not fit."""

@@ -260,7 +260,7 @@ def page(dataset: xr.Dataset, journal: Sequence[RunRecord], answer: str = "") ->
         "facts": facts,
         "sections": place_sections(sections),
         "table": table,
-        "alike": [*alike, *filter(None, [variables.explain_means(dataset)])],
+        "alike": [*alike, *filter(None, [variables.explain_means(dataset, cases.names)])],
     }
     return _template().render(contents)
 

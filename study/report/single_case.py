@@ -78,10 +78,11 @@ def _number_row(case: xr.Dataset, name: str, value: str) -> tuple[str, str, str]
     return name, cell, f"{meaning} ({beside})" if beside else meaning
 
 
-def ending_lines(case: xr.Dataset, brief: bool = False) -> Iterator[str]:
+def ending_lines(case: xr.Dataset, brief: bool = False, names: Collection[str] = ()) -> Iterator[str]:
     """Outcomes of a case and its drive with messages, advice for validity flags, and the meaning of means and ±.
 
-    brief: without outcomes that are `completed` and have no message, or are in the answer.
+    brief: without outcomes that are `completed` and have no message, or are in the answer. names: numbers that are shown,
+        () all.
     """
     for label, (ended, why) in read_endings(case).items():
         if label == "drive" and ended == COMPLETED and CRITICAL in case:
@@ -92,7 +93,7 @@ def ending_lines(case: xr.Dataset, brief: bool = False) -> Iterator[str]:
     advice = str(case["advice"].item()) if "advice" in case else ""
     if advice:
         yield f"advice: {advice}"
-    yield from filter(None, [variables.explain_means(case)])
+    yield from filter(None, [variables.explain_means(case, names or case.data_vars)])
 
 
 def answer(case: xr.Dataset) -> str:

@@ -79,7 +79,8 @@ def factor_out_columns(table: Table) -> tuple[Table, list[str]]:
     kept_columns = [columns[place] for place in kept]
     rows = tuple(zip(*kept_columns, strict=True))
     cells = [(table.header[place], columns[place][0]) for place in alike]
-    narrower = replace(table, header=header, rows=rows, asked=asked)
+    names = [name for place, name in enumerate(table.names, table.labels) if place not in alike]
+    narrower = replace(table, header=header, rows=rows, asked=asked, names=tuple(names))
     return narrower, list(_cell_sentences(cells))
 
 
@@ -223,7 +224,9 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     if more:
         blank = ["…"] * (len(header) - 1)
         rows.append((*blank, f"{more} more"))
-    return Table(header, tuple(rows), labels=len(varying), failed=frozenset(failed), asked=len(asked))
+    return Table(
+        header, tuple(rows), labels=len(varying), failed=frozenset(failed), asked=len(asked), names=tuple(names)
+    )
 
 
 _UNIT: Final = re.compile(r"/L_x$|/\(.*\)$|·L_x·L_y/W$| \(.*\)$")

@@ -449,7 +449,7 @@ def test_one_member_has_no_error_and_no_group_of_its_own(small) -> None:
     assert np.isnan(found["plateau_mean_uncertainty"]).all()
     assert said(found["members"]) == {1.0}
     assert not {"ensemble", "drive_ensemble"} & set(read_groups(found))
-    assert explain_means(found) == missing_error_reasons(found, ["plateau_mean"]) == "± ?: a single start"
+    assert explain_means(found, found) == missing_error_reasons(found, ["plateau_mean"]) == "± ?: a single start"
 
 
 def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Path) -> None:
@@ -469,11 +469,13 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     assert fast["regime"].item() == "slides"
     assert case_rows(fast, "regime").tallies("regime") == [{"slides": 2, "sticks": 1}]
     assert case_rows(fast, "outcome").tallies("outcome") == [{"completed": 1}]  # members are not counted
-    assert explain_means(case).endswith(
+    assert explain_means(case, case).endswith(
         f"over 4 members, ± their 68 % interval; {missing_error_reasons(case, case)}; {EXPLAINED}"
     )
     assert missing_error_reasons(case, ["plateau_mean"]) == "± ?: starts without a value"
     assert missing_error_reasons(case, ["surface_stiffness", "events"]) == ""
+    # What stands below a table explains the numbers that the table shows.
+    assert explain_means(case, ["surface_stiffness"]).endswith("over 4 members, ± their 68 % interval")
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import io
 import pty
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -133,6 +134,8 @@ def test_numbers_of_shown_columns_are_whole_and_columns_left_out_are_named(width
     named = " ".join(" ".join(lines).partition("not shown, for lack of width:")[2].split())
     gone = [title for title in HEADER if title in named]
     assert gone == list(HEADER[8 - len(gone) : 8])  # from the right, never the last
+    variables = replace(table, names=HEADER[2:-1])
+    assert variables.shown_names(width) == HEADER[2 : 8 - len(gone)]
     for row in table.rows:
         (line,) = (line for line in lines if line.split()[:2] == list(row[:2]))
         for title, cell in zip(HEADER[2:-1], row[2:-1], strict=True):
