@@ -46,6 +46,8 @@ test: kernels  ## the everyday tests: each process has its share of files, whose
 
 # Compiled code without AVX and FMA, and compliances rounded otherwise, which stands for another kernel of linear algebra.
 OTHER_ARITHMETIC := NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= NANOSLIP_TEST_ROUNDING=1
+# What these test is no number that rounding could move: the closed forms of slabs, what is kept of compiled code.
+NO_NUMBERS := $(addprefix --ignore tests/solver/,elasticity test_compiled.py test_cache_folder.py)
 # Tests of datasets that compute or compare numbers; the others read files and select.
 COMPUTED := tests/solver tests/hard_cases tests/study/plan $(foreach of,arithmetic collection comparison verification,tests/study/dataset/test_$(of).py)
 # After the usual ones: both write into the same indices of compiled code.
@@ -53,7 +55,7 @@ other-kernels: kernels  ## compile what tests run for another processor
 	$(OTHER_ARITHMETIC) $(BIN)/python -m tests.kernels
 
 test-arithmetic: other-kernels  ## the everyday tests of what computes, as another processor would compute it
-	$(OTHER_ARITHMETIC) $(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow" --ignore tests/solver/elasticity $(COMPUTED)
+	$(OTHER_ARITHMETIC) $(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow" $(NO_NUMBERS) $(COMPUTED)
 
 test-slow:  ## the heavy ones, and beside them those of a real scheduler, which mostly wait
 	$(MAKE) --jobs 2 heavy slurm
