@@ -90,8 +90,18 @@ def off_finite(slab):
 
 
 @pytest.mark.everyday(2)
-@pytest.mark.parametrize("poisson", [pytest.param(0.0, marks=pytest.mark.slow), 1 / 3, PAST_A_THIRD])
-@pytest.mark.parametrize("aspect_ratio", [0.25, 1.0, pytest.param(4.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("aspect_ratio", "poisson"),
+    [
+        (0.25, 1 / 3),
+        (0.25, 0.0),
+        (0.25, PAST_A_THIRD),
+        (1.0, 0.0),
+        (1.0, 1 / 3),
+        (4.0, PAST_A_THIRD),
+        (1.0, PAST_A_THIRD),
+    ],
+)
 def test_the_default_grid_is_right_to_a_thousandth(aspect_ratio, poisson):
     """At ν = 0.49 and height 1 the corner leaves 0.13 %, although the bottom row is as fine as the surface: hence 0.0015."""
     slab = Slab(129, aspect_ratio, poisson)
