@@ -34,16 +34,21 @@ def read_run(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Data
     """
     found = select_rows(root, run_id_name(root, name), selection)
     if len(found) != 1:
-        counts = {dim: len(set(column)) for dim, column in found.positions.items()}
+        columns = found.positions.items()
+        counts = {dim: len(set(column)) for dim, column in columns}
         several = [f"{dim} has {count} values" for dim, count in counts.items() if count > 1]
         raise ValueError(f"{selection_text(selection)}: needs to single out one case, but {', '.join(several)}")
     case = next(iter(found))
-    slices = cut(root, name, [case[run_id_name(root, name)].values.item()])
+    run_id = case[run_id_name(root, name)].values.item()
+    slices = cut(root, name, [run_id])
     if slices is None:
         raise ValueError(f"{selection_text(selection)}: this case has no {name}")
     group = read_groups(root)[name]
-    group = group.drop_vars([each for each in group.variables if name in group[each].dims])
-    return group.isel({dim: windows_[0] for dim, windows_ in slices.items()}), case
+    # Names and counts lie over all runs of the group: samples are what is left of one run.
+    over_runs = [each for each in group.variables if name in group[each].dims]
+    group = group.drop_vars(over_runs)
+    samples = {dim: runs[0] for dim, runs in slices.items()}
+    return group.isel(samples), case
 
 
 def run_id_name(root: xr.Dataset, name: str) -> str:
@@ -64,7 +69,8 @@ def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] |
     """Sample dimension -> slices of the runs with these ids; None if any id is empty. Raises ValueError for an
     unknown id."""
     group = read_groups(root)[name]
-    numbers = {label: number for number, label in enumerate(group[name].values.tolist())}
+    labels = group[name].values.tolist()
+    numbers = {label: number for number, label in enumerate(labels)}
     if not all(isinstance(label, str) and label for label in ids):
         return None
     if strangers := [label for label in ids if label not in numbers]:
@@ -90,6 +96,7 @@ def lay_along_si(root: xr.Dataset) -> xr.Dataset:
         raise ValueError("si = True: lengths and loads in SI need a campaign with [scales]")
     along = {name: twin for name, twin in twins.items() if name in root.dims}
     dataset = root.swap_dims(along)
+    # `swap_dims` makes a dataset that does not know how to close its file.
     dataset.set_close(root.close)
     return dataset
 
@@ -110,8 +117,10 @@ def read_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
         if held is None or MEMBER not in group.samples or name not in held or not rows.has(group.id.name):
             continue
         starts = variables.windows(held, group)[MEMBER]
-        numbers = {label: number for number, label in enumerate(held[group_name].values.tolist())}
-        runs = [numbers.get(label) for label in rows.values(group.id.name).tolist()]
+        labels = held[group_name].values.tolist()
+        numbers = {label: number for number, label in enumerate(labels)}
+        ids = rows.values(group.id.name).tolist()
+        runs = [numbers.get(label) for label in ids]
         values = held[name].values
         return [_member_values(values, starts, run) for run in runs]
     return [np.array([value]) for value in rows.values(name)]
@@ -166,7 +175,8 @@ class Accessor:
         >>> data.nanoslip.record(radius=200).event_force_after.plot(x="displacement")  # doctest: +SKIP
         """
         run, case = read_run(self._dataset, "record", selection)
-        return _dropping(_add_case(run, case)).assign_coords(event=_numbers(run.sizes["event"]))
+        events = _dropping(_add_case(run, case))
+        return events.assign_coords(event=_numbers(run.sizes["event"]))
 
     def teeth(self, **selection: Any) -> xr.Dataset:
         """F/W of a case as a line over `point`, with the coordinate `displacement`: both sides of each drop of its
@@ -176,15 +186,19 @@ class Accessor:
         both.
         """
         run, case = read_run(self._dataset, "record", selection)
-        force = np.column_stack([run[name].values for name in FRICTION]).ravel()
+        # Before and after in turn, at one displacement: each drop is a vertical line.
+        sides = [run[name].values for name in FRICTION]
+        force = np.column_stack(sides).ravel()
         displacement = np.repeat(run["displacement"].values, 2)
         if case.get(variables.MEMBERS.name, 1) == 1:
-            start, end, last = (case[name].item() for name in ("initial_force", "final_force", "final_displacement"))
+            names = ("initial_force", "final_force", "final_displacement")
+            start, end, last = (case[name].item() for name in names)
             force = np.concatenate(([start], force, [end]))
             displacement = np.concatenate(([0.0], displacement, [last]))
         words = {"long_name": "friction force over load", "units": "1", "symbol": "F/W"}
         along = ("point", displacement, run["displacement"].attrs)
-        line = xr.Dataset({"friction_force": ("point", force, words)}, {"displacement": along})
+        forces = {"friction_force": ("point", force, words)}
+        line = xr.Dataset(forces, {"displacement": along})
         return _add_case(line, case)
 
     def events(self, **selection: Any) -> xr.Dataset:
@@ -204,7 +218,8 @@ class Accessor:
         run, case = read_run(self._dataset, "event_sizes", selection)
         if size not in SIZES:
             raise KeyError(f"size = {size!r}: needs one of {', '.join(SIZES)}")
-        there = np.flatnonzero(run["bin_of"].values == list(SIZES).index(size))
+        number = list(SIZES).index(size)
+        there = np.flatnonzero(run["bin_of"].values == number)
         return _add_case(run.isel(bin=there).drop_vars("bin_of"), case)
 
     def trajectory(self, **selection: Any) -> xr.Dataset:
@@ -258,33 +273,44 @@ class Accessor:
         if event is not None and event not in there:
             raise KeyError(f"event = {event}: this case has its {name} after events {', '.join(map(str, there))}")
         wanted = there if event is None else [event]
-        parts = [run.drop_vars("event").isel({dim: np.flatnonzero(of_nodes == each)}) for each in wanted]
+        nodes = run.drop_vars("event")
+        places = [np.flatnonzero(of_nodes == each) for each in wanted]
+        parts = [nodes.isel({dim: of_event}) for of_event in places]
         if len(parts) == 1:
             return _add_case(parts[0].assign_coords(event=wanted[0]), case)
+        # The same nodes after each event: their places are taken from the first, not compared.
         over = xr.concat(parts, "event", coords="minimal", compat="override", data_vars="all")
-        return _add_case(over.assign_coords(event=("event", wanted, run["event"].attrs)), case)
+        events = ("event", wanted, run["event"].attrs)
+        return _add_case(over.assign_coords(event=events), case)
 
     def _join_runs(self, name: str, sample: str, selection: Selection) -> xr.Dataset:
         """Concatenate the runs of a group, with the parameters that vary and the number within a run as coordinates."""
         rows = select_rows(self._dataset, run_id_name(self._dataset, name), selection)
         ids = rows.values(run_id_name(self._dataset, name))
-        here = np.array([isinstance(label, str) and label != "" for label in ids], np.bool_)
+        # Of this type also without a case: numpy takes an empty list for floats, which are no mask.
+        has_run = [isinstance(label, str) and label != "" for label in ids]
+        here = np.array(has_run, np.bool_)
         group = read_groups(self._dataset)[name]
         names = [variable for variable in group.variables if group[variable].dims == (sample,)]
         if not names:
             raise ValueError(f"this dataset has no {sample}s: its campaign leaves them out (see [outputs])")
-        runs = cut(self._dataset, name, ids[here].tolist()) or {}
+        run_ids = ids[here].tolist()
+        runs = cut(self._dataset, name, run_ids) or {}
         slices = runs.get(sample, [])
         counts = [run.stop - run.start for run in slices]
         stretches = [np.arange(run.start, run.stop) for run in slices]
-        table = group[names].isel({sample: np.concatenate([np.arange(0), *stretches])})
-        table = table.drop_vars([coordinate for coordinate in table.coords if coordinate not in names])
+        # An empty array first: numpy does not concatenate none.
+        places = np.concatenate([np.arange(0), *stretches])
+        table = group[names].isel({sample: places})
+        further = [coordinate for coordinate in table.coords if coordinate not in names]
+        table = table.drop_vars(further)
         labels: dict[str, Any] = {}
         for parameter in _varying(self._dataset):
             if rows.has(parameter):
                 values = np.repeat(rows.values(parameter)[here], counts)
                 labels[parameter] = (sample, values, self._dataset[parameter].attrs)
-        numbers = np.concatenate([np.arange(0), *map(_numbers, counts)])
+        by_run = map(_numbers, counts)
+        numbers = np.concatenate([np.arange(0), *by_run])
         labels[f"{sample}_number"] = (sample, numbers, {"long_name": f"number of the {sample}"})
         return table.assign_coords(labels)
 
@@ -292,7 +318,8 @@ class Accessor:
 def _varying(root: xr.Dataset) -> list[str]:
     """Parameters that differ between cases or drives, and names of these."""
     known = {*variables.parameters(), variables.DRIVE_NAME.name, "case_id", CASE}
-    return [str(name) for name, each in root.coords.items() if name in known and each.dims]
+    labels = [name for name in map(str, root.coords) if name in known]
+    return [name for name in labels if root[name].dims]
 
 
 xr.register_dataset_accessor("nanoslip")(Accessor)  # type: ignore[no-untyped-call]
@@ -306,17 +333,24 @@ def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     yield "campaign", str(root.attrs.get("title", "no dataset of nanoslip"))
     for kind, (ending, *_) in variables.OUTCOMES.items():
         if ending.name in root:
-            counts = Counter(root[ending.name].values.ravel().tolist())
-            along = ", ".join(f"{dim} ({size})" for dim, size in root[ending.name].sizes.items() if size > 1)
-            what = f"{root[ending.name].size} ({', '.join(f'{count} {word}' for word, count in counts.most_common())})"
+            outcomes = root[ending.name]
+            counts = Counter(outcomes.values.ravel().tolist())
+            sizes = outcomes.sizes.items()
+            along = ", ".join(f"{dim} ({size})" for dim, size in sizes if size > 1)
+            words = ", ".join(f"{count} {word}" for word, count in counts.most_common())
+            what = f"{outcomes.size} ({words})"
             yield f"{kind}s of cases" if kind else "cases", f"{what} along {along}" if along else what
     for name in MAIN:
         if name in root and bool(root[name].notnull().any()):
-            ends = dict.fromkeys(f"{float(end):.4g}" for end in (root[name].min(), root[name].max()))
+            extremes = (root[name].min(), root[name].max())
+            # A number that all cases share is written once.
+            ends = dict.fromkeys(f"{float(end):.4g}" for end in extremes)
             unit = str(root[name].attrs.get("units", "1"))
             yield name, " to ".join(ends) + ("" if unit == "1" else f" {unit}")
+    software = variables.SOFTWARE[0].name
     try:
-        yield "groups", ", ".join(name for name in read_groups(root) if name != variables.SOFTWARE[0].name) or "none"
+        groups = [name for name in read_groups(root) if name != software]
+        yield "groups", ", ".join(groups) or "none"
     except LostGroupsError:
         yield "groups", "lost"
     facts = {"by": "creator_name", "licence": "license", "nanoslip": "nanoslip_version", "commit": "source_commit"}
@@ -336,7 +370,9 @@ def _add_case(run: xr.Dataset, case: xr.Dataset) -> xr.Dataset:
     """A run with its case's parameters as coordinates, its scalars as variables."""
     apart = run.variables.keys() | variables.run_names()
     own = {name: each for name, each in case.variables.items() if name not in apart}
-    found = run.assign(own).set_coords([name for name in own if name in case.coords])
+    labels = [name for name in own if name in case.coords]
+    found = run.assign(own).set_coords(labels)
+    # A run is no dataset with groups: the source in its encoding would lead to those of the file.
     found.encoding = {}
     return found
 
@@ -388,5 +424,7 @@ def _long(table: xr.Dataset) -> list[Column]:
 
 
 def _column(values: xr.DataArray, rows: CaseRows) -> Column:
-    units, meaning = (values.attrs.get(name, "") for name in ("units", "long_name"))
-    return Column(str(values.name), units, meaning, rows.values(values.variable).tolist())
+    units = values.attrs.get("units", "")
+    meaning = values.attrs.get("long_name", "")
+    cells = rows.values(values.variable).tolist()
+    return Column(str(values.name), units, meaning, cells)

@@ -31,6 +31,7 @@ class Verdict(IntEnum):
 
 def same_bits(one: NDArray[Any], other: NDArray[Any]) -> Any:
     """Compare the bits of two arrays of equal shape, element by element. All NaN are equal, but -0.0 is not 0.0."""
+    # Texts and whole numbers have no NaN and no negative zero.
     if not (real(one) and real(other)):
         return one == other
     equal = (one == other) & (np.signbit(one) == np.signbit(other))
@@ -55,9 +56,11 @@ def magnitude(values: NDArray[Any]) -> float:
 
 def distances(one: Any, other: Any) -> Any:
     """|one - other|, element by element: 0 if equal or missing (NaN) in both, infinite if missing in one."""
+    # Infinity less infinity is NaN, with a warning; where both are infinite they are equal.
     with np.errstate(invalid="ignore"):
         apart = np.abs(np.subtract(one, other, dtype=float))
-    same = (one == other) | (np.isnan(one) & np.isnan(other))
+    both_missing = np.isnan(one) & np.isnan(other)
+    same = (one == other) | both_missing
     # A number beside none, or over an error of 0, differs by as much as can be.
     finite = np.nan_to_num(apart, nan=np.inf, posinf=np.inf)
     return np.where(same, 0.0, finite)
@@ -69,6 +72,7 @@ def deviations(one: Any, other: Any, errors: tuple[Any, Any]) -> Any:
     An error of NaN counts as 0.
     """
     difference = distances(one, other)
+    # Independent errors add in squares.
     combined = np.hypot(*np.nan_to_num(errors))
     unstated = np.where(difference == 0.0, 0.0, np.inf)
     with np.errstate(over="ignore"):
@@ -181,8 +185,10 @@ class Runs:
             return [odd(self.group.id.name, said)] if kept or now else []
         if kept not in self._numbers[0]:
             return [odd(self.group.id.name, f"{kept} is not in the group {self.group.name}")]
-        whole = [slice(at, at + 1) for at in self._places(kept, now)]
-        return self._compare_variables([owner.name for owner in self.group.owners], self.group.name, whole)
+        places = self._places(kept, now)
+        whole = [slice(at, at + 1) for at in places]
+        owners = [owner.name for owner in self.group.owners]
+        return self._compare_variables(owners, self.group.name, whole)
 
     def columns(self, kept: str, now: str, rounding: float = ROUNDING) -> list[Difference]:
         """Compare two runs column by column, over the largest magnitude in the same unit; empty if one of them is missing.
@@ -192,8 +198,9 @@ class Runs:
         if kept not in self._numbers[0] or now not in self._numbers[1]:
             return []
         found = []
+        columns = self.group.columns.items()
         for sample in self._windows[1]:
-            names = [name for name, quantity in self.group.columns.items() if quantity.along == sample]
+            names = [name for name, quantity in columns if quantity.along == sample]
             pairs = zip(self._windows, self._places(kept, now), strict=True)
             slices = [_run_slice(boundaries, sample, run) for boundaries, run in pairs]
             scales = self._scales(names, sample, slices[1])
@@ -203,13 +210,19 @@ class Runs:
     def _scales(self, names: Sequence[str], dim: str, run: slice) -> dict[str, float]:
         """Column -> largest magnitude of a recomputed run among the columns in its unit; places and times have their own."""
         group, declared = self._both[1], self.group.columns
-        floats = [name for name in names if name in group.variables and real(group.variables[name])]
-        sizes = {name: magnitude(group.variables[name].isel({dim: run}).values) for name in floats}
+        held = group.variables
+        present = [name for name in names if name in held]
+        floats = [name for name in present if real(held[name])]
+        within = {dim: run}
+        sizes = {name: magnitude(held[name].isel(within).values) for name in floats}
         units = {name: name for name in sizes}
-        units |= {name: _unit_key(declared[name]) for name in sizes if not declared[name].coordinate}
+        # A place differs from another by its own distance only, though both are lengths.
+        in_shared_units = [name for name in sizes if not declared[name].coordinate]
+        units |= {name: _unit_key(declared[name]) for name in in_shared_units}
         largest: dict[str, float] = {}
         for name, size in sizes.items():
-            largest[units[name]] = max(largest.get(units[name], size), size)
+            unit = units[name]
+            largest[unit] = max(largest.get(unit, size), size)
         return {name: largest[units[name]] for name in sizes}
 
     def _places(self, *names: str) -> list[int]:
@@ -224,13 +237,15 @@ class Runs:
         rounding: float = ROUNDING,
     ) -> list[Difference]:
         """Compare the variables of these names that both have, within these slices."""
-        (kept, now), (here, there) = self._both, ({dim: run} for run in slices)
+        kept, now = self._both
+        here, there = ({dim: run} for run in slices)
         differences = []
         for name in names:
             if name in kept.variables and name in now.variables:
                 one = kept.variables[name].isel(here).values
                 other = now.variables[name].isel(there).values
-                differences.append(compare_values(name, one, other, scales.get(name), rounding))
+                scale = scales.get(name)
+                differences.append(compare_values(name, one, other, scale, rounding))
         return differences
 
 

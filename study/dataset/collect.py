@@ -35,12 +35,14 @@ from nanoslip.study.dataset.file import (
     MIXED,
     VERSION,
     DatasetFormatError,
+    Runs,
     carrying,
     is_edited,
     read_seal,
     reading,
 )
-from nanoslip.study.dataset.variables import DRIVE, Group, Runs, Series, parameters, scalars, si_coordinates, texts
+from nanoslip.study.dataset.texts import text_array
+from nanoslip.study.dataset.variables import DRIVE, Group, Series, parameters, scalars, si_coordinates
 from nanoslip.study.manifest.cases import CampaignCase, Heard, common_labels
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, file_parameters
@@ -83,9 +85,11 @@ class Layout:
     @property
     def places(self) -> NDArray[np.intp]:
         """(cases,) Where each case of the campaign lies, counted through all of them, the last dimension fastest."""
-        numbers = np.arange(math.prod(self.shape)).reshape(self.shape)
+        count = math.prod(self.shape)
+        numbers = np.arange(count).reshape(self.shape)
         names = list(self.axes)
-        in_order = numbers.transpose([names.index(name) for name in self.order])
+        permutation = [names.index(name) for name in self.order]
+        in_order = numbers.transpose(permutation)
         return in_order.ravel()
 
 
@@ -100,15 +104,18 @@ def case_layout(manifest: Manifest) -> Layout:
     position: dict[str, tuple[int, ...]] = {}
     for drive in manifest.drives:
         point = {"drive": drive.name, **drive.point}
-        position[drive.label] = tuple(drive_axes[name].index(point[name]) for name in drive_axes)
+        places = (drive_axes[name].index(point[name]) for name in drive_axes)
+        position[drive.label] = tuple(places)
     # Cases that are no full product would leave most of an array over all axes empty.
     if manifest.design != "product":
         numbers = tuple(range(manifest.case_count))
         return Layout({"case": numbers}, ("case",), drive_axes, position)
-    common = {name: (value,) for name, value in common_labels(manifest).standard.items()}
+    standard = common_labels(manifest).standard
+    common = {name: (value,) for name, value in standard.items()}
     values = {**common, **manifest.axes}
     further = (name for name in manifest.axes if name not in STANDARD)
-    axes = {name: tuple(values[name]) for name in (*STANDARD, *further)}
+    axis_names = (*STANDARD, *further)
+    axes = {name: tuple(values[name]) for name in axis_names}
     varying = [name for name in manifest.axes if name in axes]
     order = tuple(dict.fromkeys([*varying, *axes]))
     return Layout(axes, order, drive_axes, position)
@@ -124,12 +131,14 @@ def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
     for name in ("drive", *parameters()) if points else ():
         label = variables.DRIVE_NAME if name == "drive" else parameters()[name]
         if name in layout.drive_axes:
-            coordinates[name] = (name, label_array(layout.drive_axes[name]), attributes(label))
+            labels = label_array(layout.drive_axes[name])
+            coordinates[name] = (name, labels, attributes(label))
             continue
-        values = {position: point.get(name) for position, point in points.items()}
+        values = {position: points[position].get(name) for position in points}
         # A setting that no drive uses is no coordinate.
         if any(value is not None for value in values.values()):
-            coordinates[name] = (*_spread(values, layout.drive_axes), attributes(label))
+            dims, spread = _spread(values, layout.drive_axes)
+            coordinates[name] = (dims, spread, attributes(label))
     return coordinates
 
 
@@ -146,9 +155,9 @@ def _spread(given: Mapping[tuple[int, ...], Any], axes: Mapping[str, Sequence[Va
         if axis != "drive" and np.all(values == first):
             values = first.squeeze(place)
             dims = tuple(dim for dim in dims if dim != axis)
-    labels = label_array(values.ravel().tolist()).reshape(values.shape)
+    labels = label_array(values.ravel().tolist())
     # An array without a dimension becomes its one value.
-    return dims, labels[()]
+    return dims, labels.reshape(values.shape)[()]
 
 
 def label_array(values: Sequence[Any]) -> NDArray[Any]:
@@ -156,7 +165,7 @@ def label_array(values: Sequence[Any]) -> NDArray[Any]:
     words = any(isinstance(value, str) for value in values)
     missing: Any = "" if words else np.nan
     labels = [missing if value is None else value for value in values]
-    return texts(labels) if words else np.array(labels)
+    return text_array(labels) if words else np.array(labels)
 
 
 # The coordinates of a dataset: every parameter that matters, and the cases' names.
@@ -167,12 +176,16 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
     dims, places = tuple(layout.axes), layout.places
     found: dict[str, Any] = {}
     for name, labels in layout.axes.items():
-        found[name] = (name, label_array(labels), attributes(_parameter(name)))
+        about = attributes(_parameter(name))
+        found[name] = (name, label_array(labels), about)
     ids = _arrange(places, [case.case_id for case in cases])
-    found["case_id"] = (dims, ids.reshape(layout.shape), attributes(variables.CASE_ID))
+    laid_out = ids.reshape(layout.shape)
+    found["case_id"] = (dims, laid_out, attributes(variables.CASE_ID))
     exclusions = _exclusions(task_kinds(manifest))
+    # A file that all cases share is no coordinate: the manifest names it.
     files = [name for name in file_parameters() if name in manifest.axes]
-    names = [name for name in (*parameters(), *files) if name not in layout.axes]
+    known = (*parameters(), *files)
+    names = [name for name in known if name not in layout.axes]
     possible = sum(case.case is not None for case in cases)
     # In a list of cases an axis and a standard parameter label each, also where it has one value.
     along = {*manifest.axes, *STANDARD} if "case" in dims else ()
@@ -219,10 +232,11 @@ def _values(case: CampaignCase, names: Sequence[str], exclusions: tuple[Exclusio
     """Requested parameters of a case; None for a parameter that changes no result."""
     if case.case is None:
         return tuple(map(case.parameters.get, names))
-    files = {name: value for name, value in case.parameters.items() if isinstance(value, FileName)}
+    given = case.parameters.items()
+    files = {name: value for name, value in given if isinstance(value, FileName)}
     ineffective = ineffective_parameters(case.case, exclusions)
     settings = {**case.case.flat, **files}
-    effective = {name: value for name, value in settings.items() if name not in ineffective}
+    effective = {name: settings[name] for name in settings if name not in ineffective}
     return tuple(map(effective.get, names))
 
 
@@ -292,17 +306,21 @@ class CaseVariables:
         # Drives over records that are all the same have no ± either: known only once all records have been entered.
         for quantity in self._quantities.values():
             if quantity.uncertainty in self._values:
-                by_case = self._values[quantity.uncertainty].reshape(len(self._as_one), -1)
+                # A view: what is set in it is set in the values.
+                errors = self._values[quantity.uncertainty]
+                by_case = errors.reshape(len(self._as_one), -1)
                 by_case[self._as_one] = np.nan
         for name, values in self._values.items():
             axes = layout.axes | layout.drive_axes if self._driven[name] else layout.axes
             shaped = values.reshape(tuple(map(len, axes.values())))
-            filled[name] = xr.Variable(tuple(axes), shaped, attributes(self._quantities[name]))
+            about = attributes(self._quantities[name])
+            filled[name] = xr.Variable(tuple(axes), shaped, about)
         return filled
 
     def put(self, name: str, place: int, drive: str, value: object) -> None:
         """Set one value. place: of the case, as in `Layout.places`."""
-        self._values[name][self._place(self._driven[name], place, drive)] = value
+        number = self._place(self._driven[name], place, drive)
+        self._values[name][number] = value
 
     def enter_outcome(self, place: int, outcome: Outcome | None, drive: str = "") -> None:
         """Set how a case, or its drive, ended; None leaves it pending."""
@@ -317,17 +335,20 @@ class CaseVariables:
         for (kind, drive), key in keys.items():
             outcome = outcomes.get(key)
             if kind in variables.OWN_MESSAGES and outcome and outcome.ending is not Ending.NEEDS_FAILED:
-                self.put(variables.OWN_MESSAGES[kind].name, place, drive, outcome.message)
+                message = variables.OWN_MESSAGES[kind]
+                self.put(message.name, place, drive, outcome.message)
 
     def enter_software(self, place: int, results: Results) -> None:
         """Set which software a case, and each of its drives, stems from."""
         origins: dict[str, list[Origins]] = {}
         for (kind, name), result in results.items():
             if kind != "compliance":
-                origins.setdefault(name, []).append(result.origins or (NOBODY,))
+                stated = result.origins or (NOBODY,)
+                origins.setdefault(name, []).append(stated)
         for name, parts in origins.items():
             outcome = variables.OUTCOMES[DRIVE if name else ""]
-            self.put(outcome.computed_by.name, place, name, _names(tuple(parts)))
+            names = _names(tuple(parts))
+            self.put(outcome.computed_by.name, place, name, names)
 
     def enter(self, place: int, case: Case, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
         """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""
@@ -336,6 +357,7 @@ class CaseVariables:
         if result.scalars:
             row_place = self._place(KINDS[result.kind].driven, place, drive)
             waiting.append(_Row(row_place, result.scalars, by))
+            # Any scalar has a value for each member.
             if result.kind in _COUNTED:
                 count = len(next(iter(result.scalars.values())))
                 self.put(_COUNTED[result.kind].name, place, drive, count)
@@ -369,7 +391,8 @@ class CaseVariables:
             dropped = names_to_drop(KINDS[kind], manifest)
             if kind in variables.OWN_MESSAGES:
                 self._declare(kind, variables.OWN_MESSAGES[kind], "")
-            stated = [*scalars(kind), *own_quantities(kind, manifest).items()]
+            own = own_quantities(kind, manifest)
+            stated = [*scalars(kind), *own.items()]
             self._scalars[kind] = [(name, quantity) for name, quantity in stated if name not in dropped]
             for _, quantity in self._scalars[kind]:
                 for variable in (quantity, *quantity.beside):
@@ -383,10 +406,11 @@ class CaseVariables:
         count = math.prod(self._layout.shape)
         if driven:
             count *= self._drives
-        self._driven[quantity.name], self._quantities[quantity.name] = driven, quantity
+        self._driven[quantity.name] = driven
+        self._quantities[quantity.name] = quantity
         # Texts as objects: an array of fixed length would cut those that are longer than the first.
         dtype = object if isinstance(fill, str) else None
-        self._values[quantity.name] = np.full(count, fill, dtype=dtype)
+        self._values[quantity.name] = np.full(count, fill, dtype)
 
     def _place(self, driven: bool, place: int, drive: str) -> int:
         if not driven:
@@ -395,10 +419,13 @@ class CaseVariables:
 
     def _enter_waiting(self, kind: str) -> None:
         """Set the scalars of the waiting results, results with the same names and number of members together."""
+        # Ensembles differ in size, and results of an older version in their numbers: each shape is
+        # an array of its own.
         alike: dict[tuple[object, ...], list[_Row]] = {}
         for row in self._waiting[kind]:
             members = len(next(iter(row.scalars.values())))
-            alike.setdefault((members, *row.scalars), []).append(row)
+            shape = (members, *row.scalars)
+            alike.setdefault(shape, []).append(row)
         self._waiting[kind].clear()
         for rows in alike.values():
             self._enter_alike(kind, rows)
@@ -419,7 +446,8 @@ class CaseVariables:
                 self._enter_words(quantity, places, columns[name])
                 continue
             means = variables.mean_in_dataset(columns, name, quantity)
-            unit = np.array([row.factors[quantity.per] for row in rows])
+            factors = [row.factors[quantity.per] for row in rows]
+            unit = np.array(factors)
             self._values[quantity.name][places] = means.mean * unit
             if quantity.ensemble:
                 # An error has no sign, whatever that of its scale.
@@ -431,13 +459,18 @@ class CaseVariables:
 
     def _enter_words(self, quantity: Quantity, places: NDArray[np.intp], numbers: NDArray[np.float64]) -> None:
         """Set the word of most members, empty if too few have one, and how many have each. numbers: (results, members)."""
-        tallies = [(numbers == word).sum(axis=1) for word in range(len(quantity.words))]
+        # Results have a word as its place among the declared words.
+        codes = range(len(quantity.words))
+        tallies = [(numbers == code).sum(axis=1) for code in codes]
         counts = np.stack(tallies)
         for count, variable in zip(counts, quantity.counts().values(), strict=True):
             self._values[variable.name][places] = count
-        most = np.array(quantity.words, object)[counts.argmax(axis=0)]
+        # Of words that equally many members have, the first that is declared.
+        words = np.array(quantity.words, object)
+        most = words[counts.argmax(axis=0)]
         enough = counts.sum(axis=0) >= fewest_members(numbers.shape[1])
-        self._values[quantity.name][places] = np.where(enough, most, "")
+        chosen = np.where(enough, most, "")
+        self._values[quantity.name][places] = chosen
 
 
 @lru_cache
@@ -457,23 +490,26 @@ def _empty_value(variable: Quantity) -> Any:
     """Value of a variable for a case without a result."""
     if variable.words:
         return ""
+    # A count of members, in a type of its own: joined datasets know counts by it.
     return np.int32(0) if variable.whole else np.nan
 
 
 def software_group(counts: Mapping[Origin, int]) -> xr.Dataset:
     """The software that computed the results, one origin each."""
     origins = sorted(counts)
-    results = np.array([counts[origin] for origin in origins], np.int64)
+    numbers = [counts[origin] for origin in origins]
+    results = np.array(numbers, np.int64)
     facts = ("name", *(item.name for item in fields(Origin)))
     names, *others = (_origin_texts(origins, fact) for fact in facts)
-    columns = zip(variables.SOFTWARE, (names, results, *others), strict=True)
+    arrays = (names, results, *others)
+    columns = zip(variables.SOFTWARE, arrays, strict=True)
     dim = variables.SOFTWARE[0].name
     contents = {variable.name: (dim, values, attributes(variable)) for variable, values in columns}
     return xr.Dataset(contents)
 
 
 def _origin_texts(origins: Sequence[Origin], fact: str) -> NDArray[Any]:
-    return texts(getattr(origin, fact) for origin in origins)
+    return text_array(getattr(origin, fact) for origin in origins)
 
 
 def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
@@ -483,8 +519,9 @@ def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
         values: Counter[str] = Counter()
         for origin, count in counts.items():
             values[getattr(origin, item.name)] += count
-        # By name where two are equally frequent: the order of results must not show.
-        frequent = sorted(values.items(), key=lambda pair: (-pair[1], pair[0]))
+        # By name where two are equally frequent, as sorting is stable: the order of results must not show.
+        by_name = sorted(values.items())
+        frequent = sorted(by_name, key=lambda pair: -pair[1])
         several = [f"{value} ({count} results)" for value, count in frequent]
         text = ", ".join(several if len(several) > 1 else values)
         found[item.name] = text or "nothing is computed yet"
@@ -502,7 +539,8 @@ class Finished:
 
     def __init__(self, plan: Plan, store: Store) -> None:
         self._store, self._known = store, store.outcomes()
-        failed = {key: attempt.outcome for key, attempt in store.failures().items()}
+        failures = store.failures().items()
+        failed = {key: attempt.outcome for key, attempt in failures}
         ended = plan.outcomes(self._known, failed) if failed else {}
         self._lost = {key: outcome for key, outcome in ended.items() if key not in self._known}
         """Outcomes of all other tasks that failed."""
@@ -545,19 +583,22 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
     for number, (place, case) in enumerate(zip(layout.places.tolist(), plan.cases, strict=True), 1):
         keys = plan.case_tasks[case.case_id]
         results = finished.results(keys)
-        origins.update((result.key, result.origins) for result in results.values())
+        for result in results.values():
+            origins[result.key] = result.origins
         # Asked for after the results: a result that turned out to be damaged has no outcome any more.
         outcomes = finished.outcomes(keys)
         table.enter_outcome(place, case_outcome(plan, case, outcomes))
         for drive in manifest.drives:
-            table.enter_outcome(place, drive_outcome(plan, case, drive, outcomes), drive.label)
+            ending = drive_outcome(plan, case, drive, outcomes)
+            table.enter_outcome(place, ending, drive.label)
         table.enter_own_messages(place, keys, outcomes)
         table.enter_software(place, results)
         if case.case is not None:
             names = {name for _, name in results}
             by: dict[str, Mapping[str, float]] = {}
             for name in names:
-                by[name] = variables.factors(case.case, manifest.scales, drives.get(name))
+                driven = drives.get(name)
+                by[name] = variables.factors(case.case, manifest.scales, driven)
             for (_, name), result in results.items():
                 table.enter(place, case.case, name, result, by[name])
             for group_runs in runs:
@@ -572,13 +613,16 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
     # A result counts once, however many cases share it.
     counts = census(origins.values())
     along = coordinates(manifest, plan.cases, layout)
-    root = xr.Dataset(table.variables(), along, _attributes(manifest, counts))
+    about = _attributes(manifest, counts)
+    root = xr.Dataset(table.variables(), along, about)
     groups = {group_runs.group.name: group_runs.dataset() for group_runs in runs}
     groups[variables.SOFTWARE[0].name] = software_group(counts)
     return carrying(root, groups)
 
 
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
+    # Long columns lie beside the results, as that disk has room for them; where nothing may be
+    # written, in the system's folder for temporary files.
     meanwhile = folder if os.access(folder, os.W_OK) else None
     runs = []
     for group in variables.all_groups().values():
@@ -627,7 +671,8 @@ def member_flags(case: Case, result: TaskResult) -> int | None:
     """
     if result.kind not in ("contact", "record", "path"):
         return None
-    flags, widths = (result.scalars.get(name, ()) for name in ("validity_flags", "contact_half_width"))
+    flags = result.scalars.get("validity_flags", ())
+    widths = result.scalars.get("contact_half_width", ())
     reached = []
     for bits, width in zip(flags, widths, strict=True):
         # A member without a contact has no width, and flags of nothing.
@@ -652,8 +697,11 @@ def losses(path: Path, collected: xr.Dataset) -> list[str]:
     try:
         with reading(path) as found:
             lost = (_fewer_finished(found, collected, kind) for kind in variables.OUTCOMES)
+            # Listed here: values are read from the file, which is closed below.
             return list(filter(None, lost))
     except DatasetFormatError:
+        # Another version may have finished all of its cases: only a complete dataset replaces its
+        # file.
         return ["another format"] if count_pending(collected) else []
     except StoreError:
         return []
@@ -673,9 +721,12 @@ def _fewer_finished(found: xr.Dataset, collected: xr.Dataset, kind: str) -> str:
     if ending not in found or ending not in collected:
         return ""
     common = np.intersect1d(found["case_id"].values, collected["case_id"].values)
+    # A case out of time has an ending but no result: where both datasets have the case, such an
+    # ending must not replace a result.
     for unfinished, cases in (((PENDING,), None), (NOTHING_KNOWN, common)):
         had, _ = _count_finished(found, ending, unfinished, cases)
         has, size = _count_finished(collected, ending, unfinished, cases)
+        # A campaign that has become smaller loses none.
         if has < min(had, size):
             return f"{had} finished {kind or 'case'}{'' if had == 1 else 's'}, collected now {has} of {size}"
     return ""
@@ -685,7 +736,9 @@ def _count_finished(
     dataset: xr.Dataset, ending: str, unfinished: Sequence[str], cases: NDArray[Any] | None
 ) -> tuple[int, int]:
     """Number of finished cases or drives, and of all, among these cases; None: among all cases."""
-    among = xr.ones_like(dataset["case_id"], bool) if cases is None else dataset["case_id"].isin(cases)
+    among = xr.ones_like(dataset["case_id"], bool)
+    if cases is not None:
+        among = dataset["case_id"].isin(cases)
     counted = ~dataset[ending].isin(unfinished) & among
     everything = among & xr.ones_like(dataset[ending], bool)
     return int(counted.sum()), int(everything.sum())
@@ -699,10 +752,13 @@ NOTE: Final = "dataset.json"
 
 def dataset_hash(manifest: Manifest, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
-    texts = (manifest.text, *manifest.files.items(), *[each.identity for each in manifest.observables])
-    found = hashlib.sha256(content_hash(all_sources_hash(), manifest.path.name, *texts).encode())
+    own = [each.identity for each in manifest.observables]
+    texts = (manifest.text, *manifest.files.items(), *own)
+    inputs = content_hash(all_sources_hash(), manifest.path.name, *texts)
+    found = hashlib.sha256(inputs.encode())
     for key, seal in store.seals():
         found.update(f"{key} {seal}\n".encode())
+    # Sorted, as the order in which tasks failed is chance.
     for key, attempt in sorted(store.failures().items()):
         found.update(f"{key} {attempt.outcome}\n".encode())
     return found.hexdigest()
@@ -715,7 +771,10 @@ def is_current_dataset(path: Path, store: Store, expected: str) -> bool:
     """
     try:
         said = json.loads(files.read_bytes(store.folder / NOTE))
-        return bool(said == _file_state(path, expected)) or (said["made_of"] == expected and is_edited(path))
+        if said == _file_state(path, expected):
+            return True
+        # An edit has replaced the seal: the results that the file was made of have to be enough.
+        return bool(said["made_of"] == expected and is_edited(path))
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return False
 
@@ -723,7 +782,8 @@ def is_current_dataset(path: Path, store: Store, expected: str) -> bool:
 def write_state(path: Path, store: Store, made: str) -> None:
     """Record the results that the file was made of; without the record it is collected again next time."""
     with suppress(OSError):
-        files.write_whole(store.folder / NOTE, [json.dumps(_file_state(path, made)).encode()])
+        state = json.dumps(_file_state(path, made))
+        files.write_whole(store.folder / NOTE, [state.encode()])
 
 
 def _file_state(path: Path, made: str) -> dict[str, object]:

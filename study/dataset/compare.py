@@ -56,21 +56,26 @@ def match_rows(pair: Pair, kind: str) -> Matched:
     ending = variables.OUTCOMES[kind].ending.name
     one, other = (case_rows(root, ending) for root in pair)
     known = (*variables.parameters(), variables.DRIVE_NAME.name)
+    # A parameter of one value in each dataset is no key, also if both values differ: its effect is
+    # what is compared.
     names = [name for name in known if _has_several(one, name) or _has_several(other, name)]
     here, there = _places(one, names), _places(other, names)
     ours, theirs = one.values(ending), other.values(ending)
-    shared = {key: (place, there[key]) for key, place in here.items() if key in there}
+    shared = [key for key in here if key in there]
     # A case that either dataset lacks, or that failed for want of time or memory, says nothing about the physics.
     done = {}
-    for key, (left, right) in shared.items():
+    for key in shared:
+        left, right = here[key], there[key]
         if not {ours[left], theirs[right]} & set(NOTHING_KNOWN):
             done[key] = (left, right)
     # Of the shape (0, 2) also without a shared row.
-    at = np.array(list(done.values()), np.int64).reshape(-1, 2)
+    places = list(done.values())
+    lefts, rights = np.array(places, np.int64).reshape(-1, 2).T
     labels = tuple(dict(key) for key in done)
-    both = (one.at(at[:, 0]), other.at(at[:, 1]))
+    both = (one.at(lefts), other.at(rights))
     only = (_missing_rows(here, there), _missing_rows(there, here))
-    return Matched(kind, labels, both, only, len(shared) - len(done))
+    pending = len(shared) - len(done)
+    return Matched(kind, labels, both, only, pending)
 
 
 _Key = tuple[tuple[str, Value], ...]
@@ -89,17 +94,21 @@ def _missing_rows(mine: Iterable[_Key], theirs: Container[_Key]) -> tuple[dict[s
 
 def values(root: xr.Dataset, name: str) -> list[Value]:
     """The different values of a parameter in a dataset; none if it has no such parameter."""
-    found = root[name].values.ravel().tolist() if name in root.coords else []
+    if name not in root.coords:
+        return []
+    found = root[name].values.ravel().tolist()
     return list(dict.fromkeys(value for value in found if not _missing(value)))
 
 
 def _places(rows: CaseRows, names: Sequence[str]) -> dict[_Key, int]:
     """Names and values of the parameters that a row has -> where it is."""
-    columns = {name: rows.values(name).tolist() for name in names if rows.has(name)}
+    present = [name for name in names if rows.has(name)]
+    columns = {name: rows.values(name).tolist() for name in present}
     keys: list[_Key] = []
     for row in range(len(rows)):
         pairs = [(name, column[row]) for name, column in columns.items()]
-        keys.append(tuple(pair for pair in pairs if not _missing(pair[1])))
+        stated = [pair for pair in pairs if not _missing(pair[1])]
+        keys.append(tuple(stated))
     found = {key: place for place, key in enumerate(keys)}
     # Two rows of one key would both be compared with the last of the other dataset.
     if len(found) < len(keys):
@@ -155,7 +164,8 @@ def uncertain_numbers(found: Matched) -> Iterator[Observed]:
         errors = _paired_values(found, f"{name}_uncertainty")
         members = _paired_values(found, variables.MEMBERS.name)
         for label, both, error, count in zip(found.labels, pairs, errors, members, strict=True):
-            yield Observed(label, name, both, *_verdict(both, error, count, scale))
+            verdict, apart = _verdict(both, error, count, scale)
+            yield Observed(label, name, both, verdict, apart)
 
 
 def list_unjudged(found: Matched) -> tuple[list[str], list[str]]:
@@ -172,7 +182,8 @@ def _names(found: Matched) -> list[str]:
     driven = variables.drive_variables() | outcomes_of_drives
     apart = variables.run_names() | {"advice"}
     apart |= {each.name for _, *others in variables.OUTCOMES.values() for each in others}
-    shared = (str(name) for name in found.roots[0].data_vars if name not in apart)
+    names = map(str, found.roots[0].data_vars)
+    shared = [name for name in names if name not in apart]
     one, other = found.both
     both = [name for name in shared if one.has(name) and other.has(name)]
     told = ("_uncertainty", "members", SHARED_ERROR)
@@ -181,7 +192,9 @@ def _names(found: Matched) -> list[str]:
 
 
 def _judged(found: Matched, name: str) -> bool:
-    return not _number(found, name) or all(f"{name}_uncertainty" in root for root in found.roots)
+    if not _number(found, name):
+        return True
+    return all(f"{name}_uncertainty" in root for root in found.roots)
 
 
 def _number(found: Matched, name: str) -> bool:
@@ -211,14 +224,18 @@ def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[
     here, there = (np.array(value) for value in both)
     if identical(here, there):
         return Verdict.IDENTICAL, 0.0
-    # NaN of words, and of a number that one of the datasets lacks: neither has a distance.
-    difference = abs(both[0] - both[1]) if here.dtype.kind in "fiu" else math.nan
+    # Words, and a number that one of the datasets lacks, have no distance.
+    difference = math.nan
+    if here.dtype.kind in "fiu":
+        difference = abs(both[0] - both[1])
     if math.isnan(difference):
         return _NOT_KNOWN if _may_differ_by_chance(both, members) else (Verdict.DIFFERENT, math.inf)
     found, _ = find_verdict(here, there, scale, errors, STANDARD_DEVIATIONS)
     if found is Verdict.NOT_JUDGED:
         return _NOT_KNOWN
-    return found, 0.0 if found is Verdict.ROUNDING else float(deviations(*both, errors))
+    if found is Verdict.ROUNDING:
+        return found, 0.0
+    return found, float(deviations(*both, errors))
 
 
 def _may_differ_by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
@@ -227,7 +244,10 @@ def _may_differ_by_chance(both: tuple[Any, Any], members: tuple[float, float]) -
         return False
     if not all(isinstance(value, dict) for value in both):
         return any(value != value for value in both)  # noqa: PLR0124  only NaN is not itself
-    return any(len(words) > 1 for words in both) or not all(count >= TELLING for count in members)
+    # Members that do not agree among themselves may fall out otherwise another time.
+    if any(len(words) > 1 for words in both):
+        return True
+    return not all(count >= TELLING for count in members)
 
 
 # The runs of shared cases and drives, which state no uncertainty: the same, or not.
@@ -243,7 +263,9 @@ def compare_runs(found: Matched) -> dict[str, tuple[int, int]]:
         runs = Runs(group, [groups[name] for groups in both])
         names = [rows.values(group.id.name).tolist() for rows in found.both]
         pairs = [pair for pair in zip(*names, strict=True) if any(pair)]
-        same = sum(all(pair) and worst(runs.columns(*pair)) <= Verdict.ROUNDING for pair in pairs)
+        in_both = [pair for pair in pairs if all(pair)]
+        verdicts = [worst(runs.columns(*pair)) for pair in in_both]
+        same = sum(verdict <= Verdict.ROUNDING for verdict in verdicts)
         if pairs:
             counts[name] = (same, len(pairs) - same)
     return counts
@@ -261,9 +283,12 @@ def differing(pair: Pair) -> dict[str, tuple[str, str]]:
     As text; `–` where one says nothing of it.
     """
     one, other = (dict(_facts(root)) for root in pair)
-    names = dict.fromkeys([*one, *other])
-    both = {name: (one.get(name, "–"), other.get(name, "–")) for name in names}
-    return {name: value for name, value in both.items() if value[0] != value[1]}
+    differences = {}
+    for name in dict.fromkeys([*one, *other]):
+        texts = (one.get(name, "–"), other.get(name, "–"))
+        if texts[0] != texts[1]:
+            differences[name] = texts
+    return differences
 
 
 def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:

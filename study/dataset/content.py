@@ -40,6 +40,7 @@ Content = Mapping[str, xr.Dataset]
 def find_problem(content: Content) -> str:
     """Find the first content of a dataset that `collect` never writes, and state the requirement; empty if the
     dataset is sound."""
+    # Runs are looked for in sound variables alone, so problems of variables come first.
     problems = (*_attributes_needs(content[""].attrs), *_variables_needs(content))
     return next(iter(problems), "") or next(_of_runs(content), "")
 
@@ -50,9 +51,11 @@ def _attributes_needs(attributes: Mapping[Any, Any]) -> Iterator[str]:
     for name, value in attributes.items():
         if str(name) == _MANIFEST or not str(name).startswith(f"{_MANIFEST}_") or name in _IN_WORDS:
             yield from _attribute_needs(str(name), value)
-    scales = {each.name: attributes[each.name] for each in fields(Scales) if each.name in attributes}
+    stated = [each.name for each in fields(Scales) if each.name in attributes]
+    scales = {name: attributes[name] for name in stated}
     try:
-        Scales(**{name: float(value) for name, value in scales.items()})
+        numbers = {name: float(value) for name, value in scales.items()}
+        Scales(**numbers)
     except InvalidInput as error:
         yield str(error)
     except (TypeError, ValueError):
@@ -81,11 +84,13 @@ def _variables_needs(content: Content) -> Iterator[str]:
     if variables.CASE_ID.name not in root:
         yield f"no dataset of nanoslip: {variables.CASE_ID.name}: missing"
     for ended in variables.OUTCOMES.values():
+        # All three or none: a dataset without drives has none of theirs.
         together = (ended.ending, ended.message, ended.computed_by)
         missing = [each.name for each in together if each.name not in root]
         if 0 < len(missing) < len(together):
             yield f"no dataset of nanoslip: {missing[0]}: missing; xarray.open_dataset opens what is left of one"
     over_cases = [root[name] for name in (variables.CASE_ID.name, *_ENDINGS) if name in root]
+    # Cases are found by their labels: neither of two equal ones, nor NaN, could be found.
     for dim in dict.fromkeys(dim for each in over_cases for dim in each.dims):
         if dim not in root.indexes or not root.indexes[dim].is_unique or root.indexes[dim].hasnans:
             yield f"{dim}: needs different values, as cases lie along it"
@@ -108,21 +113,24 @@ def _variable_needs(name: str, variable: xr.Variable) -> Iterator[str]:
     elif variable.dtype.kind not in "iufb":
         yield f"{variable.dtype}: needs numbers or texts"
     known, words = variables.variables_by_name().get(name), name in _texts()
+    # A variable that states no unit holds words or switches, in either type.
     if known and are_texts(variable) != words and (words or known.units):
         yield f"needs {'texts' if words else 'numbers'}"
     if name in _errors() and variable.dtype.kind == "f" and bool((variable.values < 0.0).any()):
         yield "needs errors from 0 on"
     if name in _whole() and variable.dtype.kind not in "iu":
         yield "needs whole numbers"
-    counted = name in {variables.MEMBERS.name, variables.DRIVE_MEMBERS.name} | _whole() - {variables.VALIDITY.name}
-    if counted and not bool(np.all(np.isnan(variable) | _counts(variable.values))):
+    counted = {variables.MEMBERS.name, variables.DRIVE_MEMBERS.name}
+    counted |= _whole() - {variables.VALIDITY.name}
+    # A case without a result has no number of members: NaN.
+    if name in counted and not bool(np.all(np.isnan(variable) | _counts(variable.values))):
         yield "needs whole numbers from 0 on"
 
 
 @cache
 def _errors() -> set[str]:
     """Variables over the cases that are the ± of another variable."""
-    return {each.uncertainty for kind in KINDS for _, each in variables.scalars(kind) if each.uncertainty}
+    return {quantity.uncertainty for quantity in _scalars() if quantity.uncertainty}
 
 
 @cache
@@ -137,7 +145,8 @@ def _whole() -> set[str]:
 @cache
 def _texts() -> set[str]:
     """Variables that are texts."""
-    always = [variables.CASE_ID, variables.DRIVE_NAME, variables.ADVICE, *chain(*variables.OUTCOMES.values())]
+    outcomes = chain(*variables.OUTCOMES.values())
+    always = [variables.CASE_ID, variables.DRIVE_NAME, variables.ADVICE, *outcomes]
     always += variables.OWN_MESSAGES.values()
     words = [quantity for quantity in _scalars() if quantity.words]
     ids = [group.id for group in variables.all_groups().values()]
@@ -156,6 +165,7 @@ def _counts(values: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def _text_needs(values: NDArray[Any]) -> Iterator[str]:
+    # Each different text once: most cases of a large dataset have the same few.
     different = set(values.ravel().tolist())
     if not all(isinstance(text, str) for text in different):
         yield "needs texts"
@@ -176,7 +186,8 @@ def _of_runs(content: Content) -> Iterator[str]:
     for name, group in declared.items():
         yield from (f"group {name}: {need}" for need in _group_needs(content[name], group))
         known = {"", *content[name][name].values.tolist()}
-        strangers = {*content[""][group.id.name].values.ravel().tolist()} - known
+        ids = content[""][group.id.name].values.ravel()
+        strangers = {*ids.tolist()} - known
         if strangers:
             yield f"{group.id.name}: {min(strangers)} is not in the group {name}: join datasets with nanoslip.concat"
 

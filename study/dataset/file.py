@@ -1,25 +1,33 @@
-"""The dataset as a file: its name, seal and format, its groups; written whole, and read."""
+"""The dataset as a file: its name, seal and format, its groups; written whole, and read; runs in groups."""
 
 import errno
 import hashlib
 import os
 import re
+import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from tempfile import SpooledTemporaryFile
 from types import SimpleNamespace
 from typing import Any, Final
 
 import netCDF4
 import numpy as np
 import xarray as xr
+from numpy.typing import DTypeLike, NDArray
 
-from nanoslip.solver.outcome import NanoslipError
+from nanoslip.solver.outcome import Ending, NanoslipError
+from nanoslip.solver.parameter import attributes
+from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import texts
 from nanoslip.study.dataset.texts import TEXTS, TextsByName, are_stored, are_texts
+from nanoslip.study.dataset.variables import Group, Series
 from nanoslip.study.results.files import NO_FILE, free_name, is_no_file, open_regular, write_fully, writing_whole
 from nanoslip.study.results.store import StoreError
+from nanoslip.study.tasks.kind import ACROSS, MEMBER, MEMBER_OUTCOME, member_column
+from nanoslip.study.tasks.task import TaskResult
 
 # The last line of a dataset's file: a checksum of all before it. netCDF ignores it; whoever changes the file removes it.
 
@@ -83,6 +91,7 @@ def _end_of_hdf5(path: Path) -> int:
     """Bytes of a file as its superblock states them (HDF5 File Format Specification, II.A); 0 of another file."""
     with path.open("rb") as file:
         begin = file.read(_SUPERBLOCK)
+    # The format's signature; the version of the superblock is the byte after it.
     if len(begin) < _SUPERBLOCK or not begin.startswith(b"\x89HDF\r\n\x1a\n"):
         return 0
     at = _END_AT.get(begin[8], 0)
@@ -159,7 +168,9 @@ def carrying(root: xr.Dataset, groups: Mapping[str, xr.Dataset]) -> xr.Dataset:
 
 def read_groups(root: xr.Dataset) -> Groups:
     """The groups of a dataset, of its selections, or of a file that xarray itself opened. Raises LostGroupsError."""
-    places = [root.encoding, root[_LABEL].encoding if _LABEL in root.variables else {}]
+    places = [root.encoding]
+    if _LABEL in root.variables:
+        places.append(root[_LABEL].encoding)
     for encoding in places:
         if _KEY in encoding:
             held: Groups = encoding[_KEY]
@@ -177,6 +188,7 @@ def open_groups(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
     """Root and groups of a file; numbers are read when they are used, texts at once. Raises OSError, ValueError, KeyError."""
     groups = xr.open_groups(path, engine="netcdf4")
     found = {name.strip("/"): group for name, group in groups.items()}
+    # Before texts are decoded, which makes datasets that know no file to close.
     closing = [group._close for group in found.values() if group._close]
     try:
         table = texts.text_table(found.pop(TEXTS, None))
@@ -194,8 +206,11 @@ def _with_texts(found: xr.Dataset, table: TextsByName) -> xr.Dataset:
     for variable in found.variables.values():
         if are_texts(variable):
             variable.load()
-    stored = {name: each for name, each in found.variables.items() if are_stored(each)}
-    again = found.assign({name: texts.decode_texts(each, table) for name, each in stored.items()})
+    decoded = {}
+    for name, variable in found.variables.items():
+        if are_stored(variable):
+            decoded[name] = texts.decode_texts(variable, table)
+    again = found.assign(decoded)
     again.encoding = found.encoding
     return again
 
@@ -225,7 +240,8 @@ def make_tree(root: xr.Dataset) -> xr.DataTree:
 def load_dataset(root: xr.Dataset) -> xr.Dataset:
     """The dataset with all values in memory, its groups' too."""
     loaded = root.load()
-    return carrying(loaded, {name: group.load() for name, group in read_groups(root).items()})
+    groups = read_groups(root)
+    return carrying(loaded, {name: groups[name].load() for name in groups})
 
 
 def flatten_variables(root: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -257,7 +273,8 @@ def write_tree(tree: xr.DataTree, path: Path) -> None:
                 for name, variable in variables.items():
                     variable.encoding |= _encoding(variable, name in group.coords)
                 store: Any = xr.backends.NetCDF4DataStore
-                store(opened.createGroup(place)).store(variables, attributes, frozenset(variables), last)
+                target_group = store(opened.createGroup(place))
+                target_group.store(variables, attributes, frozenset(variables), last)
             for target, value in values:
                 target[...] = value
     finally:
@@ -269,15 +286,22 @@ def _file_content(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
     root, table = tree.to_dataset(inherit=False).drop_encoding(), TextsByName()
     held = {_LABEL, *root.data_vars}
     words = {name: variable for name, variable in root.variables.items() if are_texts(variable)}
+    # Characters remain: texts without a dimension, and labels, along the one dimension that they label.
     over = [name for name, variable in words.items() if variable.ndim > (name not in held)]
-    yield ROOT, root.assign({name: texts.encode_texts(root.variables[name], table) for name in over})
-    yield from ((node.path, node.to_dataset(inherit=False).drop_encoding()) for node in tree.descendants)
+    codes = {name: texts.encode_texts(words[name], table) for name in over}
+    yield ROOT, root.assign(codes)
+    for node in tree.descendants:
+        yield node.path, node.to_dataset(inherit=False).drop_encoding()
+    # Last: encoding the texts of the root has filled the table.
     if over:
         yield TEXTS, texts.as_group(table)
 
 
 def _encoding(variable: xr.Variable, coordinate: bool) -> dict[str, Any]:
-    found: dict[str, Any] = dict(_COMPRESSED) if variable.size >= SMALLEST_COMPRESSED else {}
+    found: dict[str, Any] = {}
+    if variable.size >= SMALLEST_COMPRESSED:
+        found.update(_COMPRESSED)
+    # Characters: strings of variable length crash netCDF (nanoslip.study.dataset.texts).
     if are_texts(variable):
         return found | {"dtype": "S1"}
     # Coordinates have no missing values (CF 2.5.1).
@@ -320,6 +344,7 @@ def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
                 # netCDF does not say that the disk is full; this write does.
                 write_fully(scratch, [bytes(ROOM)], os.O_APPEND)
                 raise
+            # Sealed under the scratch name: nobody sees a dataset without its checksum.
             seal(scratch)
     except _REFUSALS as error:
         raise StoreError(f"{path}: cannot be written: {_reason(error)}") from None
@@ -341,6 +366,7 @@ def open_dataset(path: Path) -> xr.Dataset:
         root, groups = open_groups(path)
     except _UNREADABLE as error:
         raise StoreError(f"{path}: no dataset ({_reason(error)}); run or collect the campaign first") from None
+    # The format before the content: a newer one has names that this version would call foreign.
     if problem := _other_format(root.attrs):
         root.close()
         raise DatasetFormatError(f"{path}: {problem}")
@@ -388,3 +414,144 @@ def reading(path: Path) -> Iterator[xr.Dataset]:
 
 def _reason(error: Exception) -> object:
     return getattr(error, "strerror", None) or error
+
+
+# Runs of different length, one behind the other: CF contiguous ragged arrays with the labels of what they belong to.
+
+NAME_LENGTH: Final = 12
+"""Hexadecimal digits of a run's name."""
+HELD: Final = 1 << 23
+"""Bytes of a column's samples that are held in memory: more go to disk meanwhile."""
+
+
+class Samples:
+    """Values along a sample dimension, one run after the other; few of them are in memory at a time."""
+
+    def __init__(self, folder: Path | None) -> None:
+        """folder: of the unnamed temporary file for many values; None for the system's own."""
+        self._file = SpooledTemporaryFile(HELD, dir=str(folder) if folder else None)  # noqa: SIM115  the values are mapped from it
+        weakref.finalize(self, self._file.close)
+        self._type: np.dtype[Any] | None = None
+
+    def add(self, run: NDArray[Any]) -> None:
+        """Append values; all runs have the same type. Raises OSError if the disk refuses."""
+        self._file.write(run.tobytes())
+        self._type = run.dtype
+
+    def values(self, dtype: DTypeLike) -> NDArray[Any]:
+        """All values as one array; empty, of this dtype, if there are none."""
+        kind: Any = dtype if self._type is None else self._type
+        with self._file as file:
+            if file.tell() > HELD:
+                return np.memmap(file, kind, "c")
+            file.seek(0)
+            # Of a `bytearray`: an array over `bytes` could not be written to.
+            return np.frombuffer(bytearray(file.read()), kind)
+
+
+class Runs:
+    """The runs of a group. Results that several cases share are kept once."""
+
+    def __init__(self, group: Group, folder: Path | None = None) -> None:
+        """folder: where long columns lie meanwhile."""
+        self.group = group
+        self._names: dict[tuple[str, ...], str] = {}
+        self._owners: list[tuple[str, str]] = []
+        self._counts: dict[str, list[int]] = {name: [] for name in group.samples}
+        self._columns = {name: Samples(folder) for name in group.columns}
+
+    def add(self, results: Sequence[TaskResult], factors: Mapping[str, float], case_id: str, drive: str) -> str:
+        """Append the run of a case's results of the group's kinds; returns its name, empty if there is nothing.
+
+        factors: by `Quantity.per`.
+        """
+        parts = _once([result for result in results if self._has_columns(result)])
+        keys = tuple(result.key for result in parts)
+        # Cases whose results are the same tasks share one run.
+        if not keys or keys in self._names:
+            return self._names.get(keys, "")
+        for sample, series in self.group.samples.items():
+            pairs = [(each, result) for result in parts for each in series if each.kind == result.kind]
+            count = 0
+            for each, result in pairs:
+                runs = {name: _run(result, name, each) for name in each.columns}
+                count += next(iter(runs.values())).size
+                for name, quantity in each.columns.items():
+                    factor = factors[quantity.per] if quantity.per else None
+                    values = runs[name] if factor is None else runs[name] * factor
+                    self._columns[quantity.name].add(values)
+            self._counts[sample].append(count)
+        self._owners.append((case_id, drive))
+        # The name of a single result is its key, shortened; several results have a key of their
+        # own.
+        name = keys[0][:NAME_LENGTH]
+        if len(keys) > 1:
+            name = content_hash(keys, length=NAME_LENGTH)
+        return self._names.setdefault(keys, name)
+
+    def _has_columns(self, result: TaskResult) -> bool:
+        """True if a result has the columns of the group, and not its scalars alone."""
+        for series in self.group.series:
+            if series.kind != result.kind:
+                continue
+            if series.columns.keys() - ACROSS <= _arrays(result, series).keys():
+                return True
+        return False
+
+    def dataset(self) -> xr.Dataset:
+        """The columns over the samples; over the instances their names, owners and the count of samples."""
+        found: dict[str, Any] = {}
+        instances = self.group.name
+        for sample, series in self.group.samples.items():
+            count = series[0].count
+            counts = np.array(self._counts[sample], np.int64)
+            described = attributes(count) | {"sample_dimension": sample}
+            found[count.name] = (instances, counts, described)
+        for name, quantity in self.group.columns.items():
+            values = self._columns[name].values(quantity.dtype)
+            found[name] = (quantity.along, values, attributes(quantity))
+        labels = texts.text_array(self._names.values())
+        found[instances] = (instances, labels, attributes(self.group.label))
+        for number, owner in enumerate(self.group.owners):
+            owners = texts.text_array(names[number] for names in self._owners)
+            found[owner.name] = (instances, owners, attributes(owner))
+        columns = self.group.columns.items()
+        coordinates = [name for name, quantity in columns if quantity.coordinate]
+        coordinates += [owner.name for owner in self.group.owners]
+        return xr.Dataset(found).set_coords(coordinates)
+
+
+def _once(results: list[TaskResult]) -> list[TaskResult]:
+    """Drop initial contact if states of the contact begin with it."""
+    if len(results) > 1 and 0 in results[-1].arrays["surface_event"]:
+        return results[-1:]
+    return results
+
+
+def _arrays(result: TaskResult, series: Series) -> Mapping[str, Any]:
+    if series.sample != MEMBER:
+        return result.arrays
+    first = next(iter(result.scalars.values()), ())
+    count = len(first)
+    if not count:
+        return {}
+    outcomes = result.members or (result.outcome,) * count
+    # Numbers of a part that an older version did not have.
+    unknown = dict.fromkeys(series.columns, [np.nan] * count)
+    endings = [_PLACES[each.ending] for each in outcomes]
+    return {**unknown, **result.scalars, MEMBER_OUTCOME.name: endings}
+
+
+_PLACES: Final = {ending: place for place, ending in enumerate(Ending)}
+
+
+def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
+    """The first member's column; or a number of every member."""
+    if series.sample == MEMBER:
+        values = _arrays(result, series)[name]
+        return np.array(values, series.columns[name].dtype)
+    # Plane strain has no y.
+    if name in ACROSS and name not in result.arrays:
+        present = next(iter(series.columns))
+        return np.zeros(member_column(result, present, series.sample).size)
+    return member_column(result, name, series.sample)

@@ -73,7 +73,8 @@ def _with_axes(root: xr.Dataset, axes: Sequence[str], dims_by_name: Mapping[str,
     labels = {}
     for dim in axes:
         if dim in root.variables:
-            labels[dim] = xr.Variable(dim, np.atleast_1d(root[dim].values), root[dim].attrs)
+            values = np.atleast_1d(root[dim].values)
+            labels[dim] = xr.Variable(dim, values, root[dim].attrs)
     variables = {}
     for name, dims in dims_by_name.items():
         if name in root.variables:
@@ -84,7 +85,8 @@ def _with_axes(root: xr.Dataset, axes: Sequence[str], dims_by_name: Mapping[str,
 
 def _conflict_error(merged: xr.Dataset, part: xr.Dataset, source: str, first: str) -> NotJoinableError:
     """Error that names the variable in which a dataset differs from those merged before it."""
-    name = next(str(name) for name in part.data_vars if _has_conflict(merged, part, str(name)))
+    names = map(str, part.data_vars)
+    name = next(name for name in names if _has_conflict(merged, part, name))
     cure = "these cases in one of them alone"
     if name in _MEMBERS:
         cure = "the same [ensemble] in all campaigns"
@@ -106,7 +108,8 @@ def _joint_dims(name: str, added: Sequence[str], roots: Sequence[xr.Dataset]) ->
 
     One value in each dataset stays one if it is the same in all; else it lies along the cases.
     """
-    variants = [tuple(map(str, root[name].dims)) for root in roots if name in root.variables]
+    holders = [root for root in roots if name in root.variables]
+    variants = [tuple(map(str, root[name].dims)) for root in holders]
     # Longest first, as the order of dimensions is that of their first appearance.
     variants.sort(key=len, reverse=True)
     dims = tuple(dict.fromkeys(chain.from_iterable(variants)))
@@ -134,7 +137,8 @@ def _fill_missing(name: str, values: xr.DataArray, kind: np.dtype[Any]) -> xr.Da
 def _union(name: str, roots: Sequence[xr.Dataset]) -> list[Any]:
     """All labels of a dimension, in ascending order if each dataset has them so."""
     holders = [root for root in roots if name in root.variables]
-    columns: list[list[Any]] = [np.atleast_1d(root[name].values).tolist() for root in holders]
+    arrays = [np.atleast_1d(root[name].values) for root in holders]
+    columns: list[list[Any]] = [array.tolist() for array in arrays]
     labels = list(dict.fromkeys(chain.from_iterable(columns)))
     if all(column == sorted(column) for column in columns):
         return sorted(labels)
@@ -164,6 +168,7 @@ def join_datasets(
     _refuse_strangers(roots, sources, scalars)
     if scalars:
         roots = _select_scalars(roots, unshared=holes)
+    # Lists are numbered on before labels are compared: number 0 of two lists is not the same case.
     roots = _with_equal_labels(_number_cases(roots))
     dims = _distinct_names(root.dims for root in roots)
     added = distinguishing_axes(dims, roots, sources)
@@ -175,14 +180,12 @@ def join_datasets(
     filled = {}
     for name in names:
         kinds = [root[name].dtype for root in roots if name in root.variables]
-        filled[name] = _fill_missing(name, merged[name], np.result_type(*kinds)).variable
-    merged = merged.assign(filled).assign_attrs(_joint_attributes(roots))  # one by one, each is aligned with all
+        kind = np.result_type(*kinds)
+        filled[name] = _fill_missing(name, merged[name], kind).variable
+    # All in one step: one by one, each would be aligned with all others.
+    merged = merged.assign(filled).assign_attrs(_joint_attributes(roots))
     merged = merged.set_coords(_distinct_names(root.coords for root in roots))
-    shared = read_groups(roots[0])
-    groups = {name: _join_group(roots, group) for name, group in all_groups().items() if name in shared}
-    software = SOFTWARE[0].name
-    groups[software] = _join_software([read_groups(root)[software] for root in roots])
-    return carrying(merged, groups)
+    return carrying(merged, _join_groups(roots))
 
 
 def _distinct_names(names: Iterable[Iterable[Hashable]]) -> list[str]:
@@ -210,7 +213,8 @@ def _select_scalars(roots: Sequence[xr.Dataset], unshared: bool) -> list[xr.Data
     selected = []
     for root in roots:
         names = [str(name) for name in root.data_vars if name in selection]
-        selected.append(carrying(root[names].copy(), {software: read_groups(root)[software]}))
+        groups = {software: read_groups(root)[software]}
+        selected.append(carrying(root[names].copy(), groups))
     return selected
 
 
@@ -234,7 +238,8 @@ def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str], scala
 def _refuse_scales(root: xr.Dataset, first: xr.Dataset, source: str, first_source: str) -> None:
     """Raise NotJoinableError if a dataset has other scales than the first one."""
     for scale in fields(Scales):
-        own, needed = root.attrs.get(scale.name), first.attrs.get(scale.name)
+        own = root.attrs.get(scale.name)
+        needed = first.attrs.get(scale.name)
         if own != needed:
             raise NotJoinableError(
                 f"{source}: {scale.name} = {own}: needs that of {first_source}, {needed}: "
@@ -262,7 +267,8 @@ def _number_cases(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
         count = root.sizes.get(CASE, 0)
         numbers = {}
         if count:
-            numbers[CASE] = (CASE, np.arange(first, first + count), root[CASE].attrs)
+            continued = np.arange(first, first + count)
+            numbers[CASE] = (CASE, continued, root[CASE].attrs)
         numbered.append(root.assign_coords(numbers))
         first += count
     return numbered
@@ -279,7 +285,8 @@ def _with_equal_labels(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
             if coordinate.dtype.kind == "f":
                 known = labels.get(str(name), coordinate.values)
                 own = _replace_within_rounding(coordinate.values, known)
-                if not np.array_equal(own, coordinate.values, equal_nan=True):  # else nothing is aligned anew
+                # A coordinate that stays as it is need not be aligned anew.
+                if not np.array_equal(own, coordinate.values, equal_nan=True):
                     equal[name] = coordinate.copy(data=own)
                 labels[str(name)] = np.union1d(known, own)
         relabelled.append(root.assign_coords(equal))
@@ -307,11 +314,24 @@ def _joint_attributes(roots: Sequence[xr.Dataset]) -> dict[str, Any]:
         # A joined dataset has several sources already.
         own_sources = root.attrs.get(SOURCES, _source_text(root.attrs))
         sources += np.atleast_1d(own_sources).tolist()
-    return {**shared, _TITLE: "; ".join(titles), SOURCES: list(dict.fromkeys(sources))}
+    distinct = list(dict.fromkeys(sources))
+    return {**shared, _TITLE: "; ".join(titles), SOURCES: distinct}
 
 
 def _source_text(attributes: Mapping[Any, Any]) -> str:
     return f"{attributes[_TITLE]}, manifest sha256 {attributes.get('manifest_sha256', 'lost')}"
+
+
+def _join_groups(roots: Sequence[xr.Dataset]) -> dict[str, xr.Dataset]:
+    """Join the groups that the first dataset has, as all others have them too."""
+    shared = read_groups(roots[0])
+    groups = {}
+    for name, group in all_groups().items():
+        if name in shared:
+            groups[name] = _join_group(roots, group)
+    software = SOFTWARE[0].name
+    parts = [read_groups(root)[software] for root in roots]
+    return {**groups, software: _join_software(parts)}
 
 
 def _join_group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:
@@ -321,11 +341,13 @@ def _join_group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:
     for root in roots:
         runs = read_groups(root)[group.name]
         names = runs[group.name].values.tolist()
+        # A name is a hash of a run's inputs: two datasets with the same name have the same run.
         new = [number for number, name in enumerate(names) if name not in known]
         known.update(names)
         places: dict[str, Any] = {group.name: new}
         for sample, starts in windows(runs, group).items():
             samples = [np.arange(starts[run], starts[run + 1]) for run in new]
+            # An empty array first: numpy does not concatenate none.
             places[sample] = np.concatenate([np.arange(0), *samples])
         parts.append(runs.isel(places))
     return _concatenate(parts)

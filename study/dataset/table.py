@@ -1,6 +1,7 @@
 """One long table of a dataset, whatever the design of its campaign: a row for each case, or for each case and drive."""
 
 import difflib
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -46,12 +47,12 @@ class CaseRows:
 
     def __iter__(self) -> Iterator[xr.Dataset]:
         """The scalars of each row with its parameters."""
-        dims = self.sizes.keys()
-        names = [name for name, variable in self.root.variables.items() if set(variable.dims) <= dims]
+        names = list(filter(self.has, map(str, self.root.variables)))
         others = [name for name in self.root.coords if name not in names]
         scalars = self.root[names].drop_vars(others, errors="ignore")
         for place in zip(*self.positions.values(), strict=True) if self.sizes else [()]:
-            yield scalars.isel(dict(zip(self.sizes, place, strict=True)))
+            position = dict(zip(self.sizes, place, strict=True))
+            yield scalars.isel(position)
 
     @property
     def positions(self) -> dict[str, list[int]]:
@@ -59,8 +60,10 @@ class CaseRows:
         # A single case has no dimension, which `unravel_index` does not take.
         if not self.sizes:
             return {}
-        places = np.unravel_index(self.numbers, tuple(self.sizes.values()))
-        return {dim: place.tolist() for dim, place in zip(self.sizes, places, strict=True)}
+        shape = tuple(self.sizes.values())
+        places = np.unravel_index(self.numbers, shape)
+        columns = zip(self.sizes, places, strict=True)
+        return {dim: place.tolist() for dim, place in columns}
 
     def at(self, chosen: Any) -> "CaseRows":
         """Some of the rows: a mask, a slice, or their places in another order."""
@@ -70,11 +73,13 @@ class CaseRows:
         """True if each row has one value of a variable or coordinate of this name."""
         if name not in self.root.variables:
             return False
-        return set(self.root.variables[name].dims) <= self.sizes.keys()
+        dims = self.root.variables[name].dims
+        return set(dims) <= self.sizes.keys()
 
     def values(self, of: str | xr.Variable) -> NDArray[Any]:
         """(rows,) A variable or coordinate of the dataset, by name, or another one along some dimensions of the rows."""
         each = self.root[of].variable if isinstance(of, str) else of
+        # Laid out in the order of the rows' dimensions, through which their numbers count.
         laid = each.set_dims(self.sizes)  # type: ignore[no-untyped-call]
         return np.asarray(laid.values.ravel()[self.numbers])
 
@@ -87,7 +92,8 @@ class CaseRows:
             tally = {word: int(column[row]) for word, column in counts.items() if column[row]}
             if not (word and tally):
                 tally = {str(word): 1}
-            tallies.append(dict(sorted(tally.items(), key=lambda pair: -pair[1])))
+            by_count = sorted(tally.items(), key=lambda pair: -pair[1])
+            tallies.append(dict(by_count))
         return tallies
 
     def differing(self) -> dict[str, NDArray[Any]]:
@@ -96,15 +102,19 @@ class CaseRows:
         if CASE in self.sizes:
             further = [dim for dim in self.sizes if dim != CASE]
             names = [*author_coordinates(self.root), *further]
-        columns = {name: self.values(name) for name in names}
-        return {name: values for name, values in columns.items() if len(set(values.tolist())) > 1}
+        differing = {}
+        for name in names:
+            values = self.values(name)
+            if len(set(values.tolist())) > 1:
+                differing[name] = values
+        return differing
 
 
 def case_rows(root: xr.Dataset, name: str = "") -> CaseRows:
     """All rows of a variable. Default: a row for each drive, or for each case if there are no drives."""
     along = root[name or ending_name(root)].sizes
     sizes = {str(dim): size for dim, size in along.items()}
-    count = int(np.prod(list(sizes.values()), dtype=np.int64))
+    count = math.prod(sizes.values())
     return CaseRows(root, sizes, np.arange(count))
 
 
@@ -117,10 +127,13 @@ def ending_name(root: xr.Dataset) -> str:
 def select_rows(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:
     """Rows of a variable that have the selected coordinates. Raises KeyError if there are none."""
     along = root[name]
-    chosen = xr.DataArray(np.ones(along.shape, np.bool_), dims=along.dims)
+    everything = np.ones(along.shape, np.bool_)
+    chosen = xr.DataArray(everything, dims=along.dims)
     for key, wanted in selection.items():
         chosen = chosen & match_mask(root, along.coords, key, wanted)
-    found = case_rows(root, name).at(chosen.transpose(*along.dims).values.ravel())
+    # Each mask may have brought its dimensions in another order than the variable has them.
+    mask = chosen.transpose(*along.dims).values.ravel()
+    found = case_rows(root, name).at(mask)
     if not len(found):
         raise KeyError(f"{selection_text(selection)}: no case is all of that")
     return found
@@ -132,10 +145,13 @@ def match_mask(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: s
         near = difflib.get_close_matches(key, map(str, coordinates), 1)
         known = f"did you mean {near[0]}?" if near else f"there are {', '.join(map(str, coordinates))}"
         raise KeyError(f"{key}: no coordinate of these cases; {known}")
-    coordinate, values = coordinates[key].variable, np.atleast_1d(np.asarray(wanted))
+    coordinate = coordinates[key].variable
+    values = np.atleast_1d(np.asarray(wanted))
+    # Texts for a coordinate of numbers: these may have units.
     if values.dtype.kind == "U" and not are_texts(coordinate):
         scales = read_scales(root.attrs)
-        values = np.array([parse_value(key, text, scales) for text in values.tolist()])
+        numbers = [parse_value(key, text, scales) for text in values.tolist()]
+        values = np.array(numbers)
     is_wanted = np.isin(coordinate.values, nearest(coordinate.values, values))
     hits = coordinate.to_base_variable().copy(data=is_wanted)
     if not hits.any():
@@ -147,11 +163,13 @@ def match_mask(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: s
 
 def _values_with_sizes(root: xr.Dataset, key: str, coordinate: xr.Variable) -> list[str]:
     """The values of a coordinate as they are typed, each with its size in SI where the dataset has that."""
-    values = list(map(as_typed, coordinate.values.ravel().tolist()))
+    labels = coordinate.values.ravel().tolist()
+    values = list(map(as_typed, labels))
     twin = si_coordinates().get(key)
     if twin is None or twin.name not in root.coords or root[twin.name].dims != coordinate.dims:
         return values
-    sizes = map(as_typed, root[twin.name].values.ravel().tolist())
+    in_si = root[twin.name].values.ravel().tolist()
+    sizes = map(as_typed, in_si)
     return [f"{value} ({size} {twin.units})" for value, size in zip(values, sizes, strict=True)]
 
 
@@ -165,7 +183,8 @@ def with_coordinates(root: xr.Dataset, selection: Selection) -> xr.Dataset:
         for dim in hits.dims:
             places = np.flatnonzero(hits.values)
             single = np.ndim(wanted) == 0 and len(places) == 1
-            found = found.isel({dim: int(places[0]) if single else places})
+            place: Any = int(places[0]) if single else places
+            found = found.isel({dim: place})
     return found
 
 
@@ -180,7 +199,9 @@ def nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
         return wanted
     known = np.unique(there)
     # Both ends by a product: `wanted ± NEAR·wanted` would be NaN for an infinite one.
-    least, most = np.sort([wanted * (1.0 - NEAR), wanted * (1.0 + NEAR)], axis=0)
+    bounds = [wanted * (1.0 - NEAR), wanted * (1.0 + NEAR)]
+    # Sorted, as the product with the larger factor is the lower end of a negative number.
+    least, most = np.sort(bounds, axis=0)
     first = np.searchsorted(known, least)
     end = np.searchsorted(known, most, side="right")
     # Two that are near are two cases: which one is meant nobody can tell.
@@ -192,7 +213,8 @@ def some(values: Iterable[Any], between: str = ", ") -> str:
     """The first different values as text."""
     different = list(dict.fromkeys(values))
     more = ["…"] if len(different) > 8 else []
-    return between.join([*map(str, different[:8]), *more])
+    shown = map(str, different[:8])
+    return between.join([*shown, *more])
 
 
 def selection_text(selection: Selection) -> str:
@@ -209,7 +231,8 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     words = names_by_word()
     wanted = {words.get(word, word): text for word, text in given.items()}
     rows = select_rows(root, ending_name(root), wanted)
-    left = {dim: sorted(set(column)) for dim, column in rows.positions.items()}
+    columns = rows.positions.items()
+    left = {dim: sorted(set(column)) for dim, column in columns}
     positions: dict[str, Any] = {}
     for dim, places in left.items():
         positions[dim] = places if len(places) > 1 else places[0]
@@ -223,20 +246,31 @@ def _choices(part: xr.Dataset, dims: Iterable[str]) -> list[str]:
     """The parameters in which cases differ along dimensions, each with its values."""
     twins = [twin.name for name, twin in si_coordinates().items() if name in part.coords]
     apart, wanted = {"case_id", *twins}, set(dims)
-    coordinates = {str(name): each.dims for name, each in part.coords.items() if name not in apart}
-    along = [name for name, own_dims in coordinates.items() if wanted.intersection(own_dims)]
+    # The size in SI of a parameter is no choice of its own: a case is given by either.
+    along = []
+    for name, coordinate in part.coords.items():
+        if name not in apart and wanted.intersection(coordinate.dims):
+            along.append(str(name))
     choices = []
     for name in along:
         if name == CASE and len(along) > 1:
             continue
-        twin = si_coordinates().get(name)
-        in_si = twin is not None and twin.name in part.coords and is_given_in_si(part)
-        values = part[twin.name if twin and in_si else name].to_series().dropna().unique().tolist()
-        if twin and in_si:
-            values = [compact(value, twin.units, digits=6).replace(" ", "") for value in values]  # without quotes
+        values = _typed_values(part, name)
         if len(values) > 1:
             choices.append(some((f"{name}={as_typed(value)}" for value in values), " or "))
     return choices
+
+
+def _typed_values(part: xr.Dataset, name: str) -> list[Any]:
+    """The different values of a parameter as one types them, in SI for a campaign that is given in SI."""
+    twin = si_coordinates().get(name)
+    if twin is None or twin.name not in part.coords or not is_given_in_si(part):
+        values: list[Any] = part[name].to_series().dropna().unique().tolist()
+        return values
+    sizes = part[twin.name].to_series().dropna().unique().tolist()
+    texts = [compact(size, twin.units, digits=6) for size in sizes]
+    # A space between number and unit would need quotes in a shell.
+    return [text.replace(" ", "") for text in texts]
 
 
 def author_coordinates(root: xr.Dataset) -> list[str]:

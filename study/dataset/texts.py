@@ -14,7 +14,7 @@ Single texts and labels along a dimension stay characters.
 
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -35,6 +35,13 @@ TextsByName = dict[int, str]
 """Name of a text -> the text."""
 
 
+def text_array(values: Iterable[str]) -> NDArray[Any]:
+    """Strings as an array that netCDF keeps at their length."""
+    found = list(values)
+    # xarray takes no objects for numbers.
+    return np.array(found, dtype=object if found else str)
+
+
 def are_texts(variable: xr.Variable) -> bool:
     """True if the values of a variable are texts."""
     return variable.dtype.kind in "OUT"
@@ -53,16 +60,18 @@ def encode_texts(variable: xr.Variable, table: TextsByName) -> xr.Variable:
         codes = {text: _name_text(text, table) for text in different}
         kind = np.int64
         marks = {_STORED: _NAME}
-    numbers = np.fromiter((codes[str(text)] for text in values), kind, len(values))
-    numbers = numbers.reshape(variable.shape)
-    return xr.Variable(variable.dims, numbers, {**variable.attrs, **marks})
+    places = [codes[str(text)] for text in values]
+    numbers = np.array(places, kind).reshape(variable.shape)
+    attributes = {**variable.attrs, **marks}
+    return xr.Variable(variable.dims, numbers, attributes)
 
 
 def _name_text(text: str, table: TextsByName) -> int:
     """Name of a text."""
     if not text or _HASH.fullmatch(text):
         return int(text, 16) if text else NONE
-    name = int(hashlib.sha256(text.encode()).hexdigest()[:12], 16)
+    digits = hashlib.sha256(text.encode()).hexdigest()[:12]
+    name = int(digits, 16)
     # Two texts in 2^48 collide: the later one takes the next free number.
     while table.setdefault(name, text) != text:
         name += 1
@@ -77,20 +86,24 @@ def are_stored(variable: xr.Variable) -> bool:
 def decode_texts(variable: xr.Variable, table: Mapping[int, str]) -> xr.Variable:
     """Texts from numbers, in memory. Raises ValueError if a number has no text."""
     numbers = variable.values
+    # Each number once: a dataset of many cases repeats a few of them.
     different, places = np.unique(numbers, return_inverse=True)
     if variable.attrs[_STORED] == _WORD:
-        words = dict(enumerate(str(variable.attrs.get(_WORD, "")).split()))
+        listed = str(variable.attrs.get(_WORD, "")).split()
+        words = dict(enumerate(listed))
         words |= {NONE: ""} if words else {}
         found = [words.get(code) for code in different.tolist()]
     elif variable.attrs[_STORED] != _NAME:
         raise ValueError(f"{_STORED}: needs {_WORD} or {_NAME}")
     else:
         table = {NONE: "", **table}
+        # A name that the table lacks is a content hash, which is its own text.
         found = [table.get(name, f"{name:012x}") for name in different.tolist()]
     if None in found:
         raise ValueError(f"numbers without a meaning in {_WORD}")
     attributes = {name: each for name, each in variable.attrs.items() if name != _STORED}
     encoding: dict[str, Any] = {"dtype": "S1"}
+    # The groups of a file that xarray itself has opened are found by its source.
     if "source" in variable.encoding:
         encoding["source"] = variable.encoding["source"]
     different_texts = np.array([*found, ""], object)[:-1]
@@ -107,8 +120,10 @@ def as_group(table: TextsByName) -> xr.Dataset:
         "comment": "of variables with stored_as = name; content hashes are names themselves",
     }
     contents = np.array([table[name] for name in names], object)
-    labels = (_NAME, np.array(names, np.int64), {"long_name": "name of a text"})
-    return xr.Dataset({_TEXT: (_NAME, contents, about)}, {_NAME: labels})
+    numbers = np.array(names, np.int64)
+    labels = (_NAME, numbers, {"long_name": "name of a text"})
+    variables = {_TEXT: (_NAME, contents, about)}
+    return xr.Dataset(variables, {_NAME: labels})
 
 
 def text_table(group: xr.Dataset | None) -> TextsByName:
@@ -117,4 +132,5 @@ def text_table(group: xr.Dataset | None) -> TextsByName:
         return {}
     texts: NDArray[Any] = group[_TEXT].values
     names = group[_NAME].values.tolist()
-    return dict(zip(names, map(str, texts.tolist()), strict=True))
+    words = map(str, texts.tolist())
+    return dict(zip(names, words, strict=True))

@@ -32,7 +32,8 @@ _SIZES: Final = ("slab_width", "force")
 
 def is_given_in_si(dataset: xr.Dataset) -> bool:
     """True if a dataset states its scales, and its campaign gives a length or force of its cases with a unit."""
-    return read_scales(dataset.attrs) is not None and _gives_sizes(str(dataset.attrs.get("manifest", "")))
+    text = str(dataset.attrs.get("manifest", ""))
+    return read_scales(dataset.attrs) is not None and _gives_sizes(text)
 
 
 @lru_cache(maxsize=64)
@@ -119,9 +120,10 @@ def convert_to_si(dataset: xr.Dataset, names: Iterable[str]) -> tuple[xr.Dataset
         if declared.measure not in MEASURES and declared.units not in PREFIXED:
             continue
         to_si = si_factor(scales, declared.measure, load) if declared.measure in MEASURES else 1.0
-        factor, units[name] = prefix_factor(
-            (dataset[name] * to_si).values, MEASURES.get(declared.measure, declared.units)
-        )
+        sizes = dataset[name] * to_si
+        unit = MEASURES.get(declared.measure, declared.units)
+        # A number and its ± share one prefix, that of the number.
+        factor, units[name] = prefix_factor(sizes.values, unit)
         for number in {name, declared.uncertainty} & set(map(str, dataset.data_vars)):
             stored = dataset[number]
             # A factor that varies along the cases may reorder the dimensions.

@@ -5,44 +5,37 @@ Lengths are in L_x, stiffness in G·L_y, forces over the load W; trajectories of
 """
 
 import difflib
-import weakref
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from itertools import chain
-from pathlib import Path
-from tempfile import SpooledTemporaryFile
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import SHARED_ERROR, Parameter, Quantity, attributes, measure_label, quantities
+from nanoslip.solver.parameter import SHARED_ERROR, Parameter, Quantity, measure_label, quantities
 from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.solver.view import ROUNDING
-from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.observables import KEY
 from nanoslip.study.manifest.parameters import UNITS, spellings, with_symbol
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem
 from nanoslip.study.origin import Origin
 from nanoslip.study.tasks.kind import (
-    ACROSS,
     KINDS,
     MEMBER,
-    MEMBER_OUTCOME,
-    member_column,
     own_quantity,
     result_quantities,
 )
-from nanoslip.study.tasks.task import PENDING, TaskResult
+from nanoslip.study.tasks.task import PENDING
 
 
 def scalars(kind: str) -> list[tuple[str, Quantity]]:
@@ -89,7 +82,8 @@ class Group:
         """Sample dimension -> the series over it."""
         samples: dict[str, tuple[Series, ...]] = {}
         for series in self.series:
-            samples[series.sample] = (*samples.get(series.sample, ()), series)
+            earlier = samples.get(series.sample, ())
+            samples[series.sample] = (*earlier, series)
         return samples
 
     @property
@@ -136,11 +130,13 @@ def all_groups() -> dict[str, Group]:
     for kind in KINDS.values():
         for each in kind.ragged:
             count = Quantity(each.count, f"values of each {each.instance}")
-            series = Series(kind.name, each.sample, count, each.wanted, result_quantities(kind, each.sample))
+            columns = result_quantities(kind, each.sample)
+            series = Series(kind.name, each.sample, count, each.wanted, columns)
             found[each.instance].append(series)
     return {name: Group(name, tuple(series)) for name, series in found.items()}
 
 
+# A dataset shows the numbers of all members before the runs of the first one.
 _ORDER: Final = (
     "ensemble",
     "path_ensemble",
@@ -225,9 +221,12 @@ SOFTWARE: Final = (
 def parameters() -> dict[str, Quantity]:
     """The coordinates of a dataset by name: every parameter of cases and drives but files."""
     stated = {**parameters_of_a_case(), **drive_parameters()}
-    # A list or a file is no label.
-    single = {name: parameter for name, parameter in stated.items() if not (parameter.columns or parameter.listed)}
-    return {name: _coordinate(name, parameter) for name, parameter in single.items()}
+    coordinates = {}
+    for name, parameter in stated.items():
+        # A list or a file is no label.
+        if not (parameter.columns or parameter.listed):
+            coordinates[name] = _coordinate(name, parameter)
+    return coordinates
 
 
 def _coordinate(name: str, parameter: Parameter) -> Quantity:
@@ -266,6 +265,7 @@ def si_coordinates() -> dict[str, Quantity]:
 def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, float]:
     """`Quantity.per` -> factor of a value in the solver's units: to shares of W or μ_i, or to SI."""
     friction = case.intrinsic_friction
+    # Without friction, and with friction that nothing overcomes, a share of μ_i means nothing.
     over_friction = 1.0 / friction if 0.0 < friction < np.inf else np.nan
     return {
         "": 1.0,
@@ -310,7 +310,8 @@ def rows() -> list[Described]:
     found: dict[tuple[str, str], Described] = {}
     # All groups within the root are one group of names.
     for each in _all():
-        found.setdefault((each.group if each.group.startswith(_GROUP) else "", each.name), each)
+        group = each.group if each.group.startswith(_GROUP) else ""
+        found.setdefault((group, each.name), each)
     return list(found.values())
 
 
@@ -327,10 +328,13 @@ def describe(name: str) -> Described:
     names = list(dict.fromkeys(each.name for each in rows()))
     if found := find_variables(names, name):
         return variables_by_name()[found[0]]
+    # In reverse, as `variables_by_name` is: of two variables with one spelling the first has it.
     spelt = spellings(_symbols(names[::-1]))
     words = {word: name for name, spelling in spelt.items() for word in spelling}
     words |= {name: name for name in names}
-    near = dict.fromkeys(words[word] for word in difflib.get_close_matches(name, words, n=3, cutoff=0.5))
+    close = difflib.get_close_matches(name, words, n=3, cutoff=0.5)
+    # Two near spellings may be of one variable.
+    near = dict.fromkeys(words[word] for word in close)
     raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
 
 
@@ -338,11 +342,13 @@ def find_variables(names: Sequence[str], word: str) -> list[str]:
     """The variables of these names that a word means, by the first rule that finds any."""
     if word in names:
         return [word]
-    return with_symbol(word, _symbols(names)) or [name for name in names if name == f"{word}_mean"]
+    by_symbol = with_symbol(word, _symbols(names))
+    return by_symbol or [name for name in names if name == f"{word}_mean"]
 
 
 def _symbols(names: Sequence[str]) -> dict[str, str]:
     declared = variables_by_name()
+    # A fitted coefficient has the symbol of what it fits, which is meant by it.
     plain = [name for name in names if name in declared and not name.startswith("fitted_")]
     return {name: declared[name].symbol for name in plain}
 
@@ -352,7 +358,8 @@ def describe_size(name: str) -> Described | None:
     found = variables_by_name().get(name.removesuffix(SI))
     if found is None or not name.endswith(SI) or found.measure not in MEASURES:
         return None
-    unit, symbol = MEASURES[found.measure], found.symbol.partition("/")[0]
+    unit = MEASURES[found.measure]
+    symbol, _, _ = found.symbol.partition("/")
     comment = f"{found.name} times its scale, of campaigns that give scales"
     return replace(found, name=name, units=unit, measure="", symbol=symbol, comment=comment)
 
@@ -360,7 +367,9 @@ def describe_size(name: str) -> Described | None:
 @cache
 def variables_by_name() -> dict[str, Described]:
     """Every variable by name, including the variables beside means; of variables in several groups the first."""
-    return {each.name: each for each in reversed(list(_all(beside=True)))}
+    every = list(_all(beside=True))
+    # In reverse: of several variables with a name the first is entered last, and stays.
+    return {each.name: each for each in reversed(every)}
 
 
 # One's own numbers, which a campaign declares: a dataset's attributes say what they are.
@@ -374,25 +383,30 @@ def own_numbers(dataset: xr.Dataset) -> list[str]:
 def describe_own_number(dataset: xr.Dataset, name: str) -> Described:
     """Describe one's own number in a dataset."""
     told, group = dataset[name].attrs, _GROUPS["observables"]
-    meaning, comment, units = (str(told.get(key, "")) for key in ("long_name", "comment", "units"))
+    meaning = str(told.get("long_name", "")) or name
+    comment = str(told.get("comment", ""))
+    units = str(told.get("units", "")) or "1"
     dims = ", ".join(map(str, dataset[name].dims))
     error = f"{name}_uncertainty"
-    return Described(name, group, dims, units or "1", "", meaning or name, "", error, comment, ())
+    return Described(name, group, dims, units, "", meaning, "", error, comment, ())
 
 
 def own_variables(dataset: xr.Dataset) -> list[str]:
     """One's own numbers in a dataset, with their ±, counts of members, and messages."""
     found = [each.name for each in OWN_MESSAGES.values()]
     for name in own_numbers(dataset):
-        found += [name, *[each.name for each in Quantity(name, name, ensemble=True).beside]]
+        number = Quantity(name, name, ensemble=True)
+        found += [name, *(each.name for each in number.beside)]
     return [name for name in found if name in dataset]
 
 
 def own_messages(dataset: xr.Dataset) -> list[str]:
     """Messages on one's own numbers of a single case, and of its drive."""
-    columns = [dataset[message.name] for message in OWN_MESSAGES.values() if message.name in dataset]
+    names = [message.name for message in OWN_MESSAGES.values()]
+    columns = [dataset[name] for name in names if name in dataset]
     # Over several cases there is no one message.
-    return [str(column.item()) for column in columns if not column.dims and column.item()]
+    messages = [column.item() for column in columns if not column.dims]
+    return [str(message) for message in messages if message]
 
 
 def refuse_taken_names(manifest: Manifest) -> None:
@@ -404,7 +418,9 @@ def refuse_taken_names(manifest: Manifest) -> None:
     for number in manifest.observables:
         if number.name in taken:
             need = f"another name: {number.name} is another variable of datasets (nanoslip describe {number.name})"
-            problems.append(Problem(Place(str(manifest.path), "outputs"), KEY, number.reference, need))
+            place = Place(str(manifest.path), "outputs")
+            problems.append(Problem(place, KEY, number.reference, need))
+        # Two of one's own numbers may not share a name either.
         taken.add(number.name)
     if problems:
         raise ManifestError(problems)
@@ -450,12 +466,14 @@ def _all(beside: bool = False) -> Iterator[Described]:
             around = [part for quantity in around for part in (quantity, *quantity.beside)]
         yield from _describe_all(_GROUPS.get(kind, kind), dims, around)
     for group in all_groups().values():
-        yield from _describe_all("the runs of a case", f"{CASES}, drive" if group.driven else CASES, (group.id,))
+        dims = f"{CASES}, drive" if group.driven else CASES
+        yield from _describe_all("the runs of a case", dims, (group.id,))
     places = (DRIVE_NAME, *parameters().values(), *si_coordinates().values())
     yield from _describe_all("parameters", "where they vary", places)
     for group in all_groups().values():
         counts = [series[0].count for series in group.samples.values()]
-        yield from _describe_all(f"{_GROUP}{group.name}", group.name, (group.label, *group.owners, *counts))
+        labels = (group.label, *group.owners, *counts)
+        yield from _describe_all(f"{_GROUP}{group.name}", group.name, labels)
         for sample in group.samples:
             columns = [column for column in group.columns.values() if column.along == sample]
             derived = [EVENT_DROP] if sample == EVENT_DROP.along else []
@@ -523,9 +541,11 @@ def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantit
 
 def alike_starts(found: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
     """True for records of which all members have the same events: one start, of which no mean has a ±. found: as above."""
-    stated = np.array([found[name] for name, _ in scalars("record") if name in found])
+    names = [name for name, _ in scalars("record") if name in found]
+    stated = np.array([found[name] for name in names])
     # Counts alone: positions on the grid may have followed the pin.
     counts = np.where(stated == np.floor(stated), stated, np.nan)
+    # `fmax` and `fmin` pass over NaN, which stands here for numbers that are no counts.
     most = np.fmax.reduce(counts, axis=2)
     least = np.fmin.reduce(counts, axis=2)
     differ: NDArray[np.bool_] = (most > least).any(axis=0)
@@ -550,7 +570,8 @@ def drive_variables() -> set[str]:
 @cache
 def counts() -> set[str]:
     """The variables that count something."""
-    every = chain.from_iterable(result_quantities(kind).values() for kind in KINDS.values())
+    declared = map(result_quantities, KINDS.values())
+    every = chain.from_iterable(each.values() for each in declared)
     return {quantity.name for quantity in every if quantity.counted}
 
 
@@ -567,7 +588,9 @@ def words_counted() -> dict[str, dict[str, str]]:
     for kind in KINDS:
         for _, quantity in scalars(kind):
             if quantity.words:
-                counted[quantity.name] = {word: count.name for word, count in quantity.counts().items()}
+                tallies = quantity.counts()
+                names = {word: tallies[word].name for word in tallies}
+                counted[quantity.name] = names
     return counted
 
 
@@ -582,13 +605,15 @@ def count_range(counts: xr.DataArray) -> str:
     known = counts.values[counts.notnull().values]
     if not known.size:
         return "0"
-    ends = (str(int(end)) for end in (known.min(), known.max()))
-    return " to ".join(dict.fromkeys(ends))
+    ends = (known.min(), known.max())
+    return " to ".join(dict.fromkeys(str(int(end)) for end in ends))
 
 
 def are_means(dataset: xr.Dataset) -> bool:
     """True if numbers are means over several members."""
-    return MEMBERS.name in dataset and bool((dataset[MEMBERS.name] > 1.0).any())
+    if MEMBERS.name not in dataset:
+        return False
+    return bool((dataset[MEMBERS.name] > 1.0).any())
 
 
 @cache
@@ -629,7 +654,9 @@ def missing_error_reasons(dataset: xr.Dataset, names: Iterable[str]) -> str:
             "identical starts": several & ~unknown,
             unknown_share: unknown,
         }
-        found |= dict.fromkeys(reason for reason, has_reason in reasons.items() if bool(has_reason.any()))
+        for reason, has_reason in reasons.items():
+            if bool(has_reason.any()):
+                found[reason] = None
     return f"± ?: {', '.join(found)}" if found else ""
 
 
@@ -650,141 +677,6 @@ def explain_means(dataset: xr.Dataset, shown: Iterable[Hashable]) -> str:
     return "; ".join(parts)
 
 
-# Runs of different length, one behind the other: CF contiguous ragged arrays with the labels of what they belong to.
-
-NAME_LENGTH: Final = 12
-"""Hexadecimal digits of a run's name."""
-HELD: Final = 1 << 23
-"""Bytes of a column's samples that are held in memory: more go to disk meanwhile."""
-
-
-class Samples:
-    """Values along a sample dimension, one run after the other; few of them are in memory at a time."""
-
-    def __init__(self, folder: Path | None) -> None:
-        """folder: of the unnamed temporary file for many values; None for the system's own."""
-        self._file = SpooledTemporaryFile(HELD, dir=str(folder) if folder else None)  # noqa: SIM115  the values are mapped from it
-        weakref.finalize(self, self._file.close)
-        self._type: np.dtype[Any] | None = None
-
-    def add(self, run: NDArray[Any]) -> None:
-        """Append values; all runs have the same type. Raises OSError if the disk refuses."""
-        self._file.write(run.tobytes())
-        self._type = run.dtype
-
-    def values(self, dtype: DTypeLike) -> NDArray[Any]:
-        """All values as one array; empty, of this dtype, if there are none."""
-        kind: Any = dtype if self._type is None else self._type
-        with self._file as file:
-            if file.tell() > HELD:
-                return np.memmap(file, kind, "c")
-            file.seek(0)
-            return np.frombuffer(bytearray(file.read()), kind)
-
-
-class Runs:
-    """The runs of a group. Results that several cases share are kept once."""
-
-    def __init__(self, group: Group, folder: Path | None = None) -> None:
-        """folder: where long columns lie meanwhile."""
-        self.group = group
-        self._names: dict[tuple[str, ...], str] = {}
-        self._owners: list[tuple[str, str]] = []
-        self._counts: dict[str, list[int]] = {name: [] for name in group.samples}
-        self._columns = {name: Samples(folder) for name in group.columns}
-
-    def add(self, results: Sequence[TaskResult], factors: Mapping[str, float], case_id: str, drive: str) -> str:
-        """Append the run of a case's results of the group's kinds; returns its name, empty if there is nothing.
-
-        factors: by `Quantity.per`.
-        """
-        parts = _once([result for result in results if self._has_columns(result)])
-        keys = tuple(result.key for result in parts)
-        if not keys or keys in self._names:
-            return self._names.get(keys, "")
-        for sample, series in self.group.samples.items():
-            pairs = [(each, result) for result in parts for each in series if each.kind == result.kind]
-            count = 0
-            for each, result in pairs:
-                runs = {name: _run(result, name, each) for name in each.columns}
-                count += next(iter(runs.values())).size
-                for name, quantity in each.columns.items():
-                    factor = factors[quantity.per] if quantity.per else None
-                    values = runs[name] if factor is None else runs[name] * factor
-                    self._columns[quantity.name].add(values)
-            self._counts[sample].append(count)
-        self._owners.append((case_id, drive))
-        name = keys[0][:NAME_LENGTH]
-        if len(keys) > 1:
-            name = content_hash(keys, length=NAME_LENGTH)
-        return self._names.setdefault(keys, name)
-
-    def _has_columns(self, result: TaskResult) -> bool:
-        """True if a result has the columns of the group, and not its scalars alone."""
-        of_kind = (series for series in self.group.series if series.kind == result.kind)
-        return any(series.columns.keys() - ACROSS <= _arrays(result, series).keys() for series in of_kind)
-
-    def dataset(self) -> xr.Dataset:
-        """The columns over the samples; over the instances their names, owners and the count of samples."""
-        found: dict[str, Any] = {}
-        for sample, series in self.group.samples.items():
-            count = series[0].count
-            counts = np.array(self._counts[sample], np.int64)
-            described = attributes(count) | {"sample_dimension": sample}
-            found[count.name] = (self.group.name, counts, described)
-        for name, quantity in self.group.columns.items():
-            values = self._columns[name].values(quantity.dtype)
-            found[name] = (quantity.along, values, attributes(quantity))
-        labels = texts(self._names.values())
-        found[self.group.name] = (self.group.name, labels, attributes(self.group.label))
-        for number, owner in enumerate(self.group.owners):
-            owners = texts(names[number] for names in self._owners)
-            found[owner.name] = (self.group.name, owners, attributes(owner))
-        coordinates = [name for name, quantity in self.group.columns.items() if quantity.coordinate]
-        coordinates += [owner.name for owner in self.group.owners]
-        return xr.Dataset(found).set_coords(coordinates)
-
-
-def _once(results: list[TaskResult]) -> list[TaskResult]:
-    """Drop initial contact if states of the contact begin with it."""
-    if len(results) > 1 and 0 in results[-1].arrays["surface_event"]:
-        return results[-1:]
-    return results
-
-
-def _arrays(result: TaskResult, series: Series) -> Mapping[str, Any]:
-    if series.sample != MEMBER:
-        return result.arrays
-    count = len(next(iter(result.scalars.values()), ()))
-    if not count:
-        return {}
-    outcomes = result.members or (result.outcome,) * count
-    # Numbers of a part that an older version did not have.
-    unknown = dict.fromkeys(series.columns, [np.nan] * count)
-    endings = [_PLACES[each.ending] for each in outcomes]
-    return {**unknown, **result.scalars, MEMBER_OUTCOME.name: endings}
-
-
-_PLACES: Final = {ending: place for place, ending in enumerate(Ending)}
-
-
-def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
-    """The first member's column; or a number of every member."""
-    if series.sample == MEMBER:
-        return np.array(_arrays(result, series)[name], series.columns[name].dtype)
-    # Plane strain has no y.
-    if name in ACROSS and name not in result.arrays:
-        return np.zeros(member_column(result, next(iter(series.columns)), series.sample).size)
-    return member_column(result, name, series.sample)
-
-
-def texts(values: Iterable[str]) -> NDArray[Any]:
-    """Strings as an array that netCDF keeps at their length."""
-    found = list(values)
-    # xarray takes no objects for numbers.
-    return np.array(found, dtype=object if found else str)
-
-
 def windows(group: xr.Dataset, declared: Group) -> dict[str, NDArray[np.int64]]:
     """Sample dimension that a group has -> where each of its runs begins, and where the last one ends."""
     counts = {name: series[0].count.name for name, series in declared.samples.items()}
@@ -792,5 +684,6 @@ def windows(group: xr.Dataset, declared: Group) -> dict[str, NDArray[np.int64]]:
     for name, count in counts.items():
         if count in group.variables:
             lengths = group.variables[count].values
-            starts[name] = np.concatenate(([0], np.cumsum(lengths, dtype=np.int64)))
+            ends = np.cumsum(lengths, dtype=np.int64)
+            starts[name] = np.concatenate(([0], ends))
     return starts

@@ -57,12 +57,14 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     if "manifest" not in facts or not {"case_id", variables.OUTCOMES[""].ending.name} <= set(found.variables):
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
     # The texts of files are in the dataset: it can be verified where those are not.
-    beside = {key: str(facts[f"manifest_{key}"]) for key in FILE_KEYS if f"manifest_{key}" in facts}
+    known = [key for key in FILE_KEYS if f"manifest_{key}" in facts]
+    beside = {key: str(facts[f"manifest_{key}"]) for key in known}
     if manifest_hash(str(facts["manifest"]), beside) != facts.get("manifest_sha256"):
         changed = "manifest: not what manifest_sha256 is of, or a file that it names is not"
         raise NotVerifiableError(f"{path}: {changed}: changed after it was written")
     # Nobody's functions are executed because a dataset was read.
-    manifest = replace(parse_manifest(path, str(facts["manifest"]), beside), observables=())
+    stated = parse_manifest(path, str(facts["manifest"]), beside)
+    manifest = replace(stated, observables=())
     if variables.SOFTWARE[0].name not in read_groups(found) or found["case_id"].size != manifest.case_count:
         size = f"{found['case_id'].size} of {manifest.case_count} cases"
         groups = ", ".join(read_groups(found)) or "none"
@@ -85,7 +87,8 @@ def other_software(found: xr.Dataset) -> str:
 def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
     """The cases that the dataset has a result of."""
     ids = found["case_id"].values.ravel()
-    endings = dict(zip(ids, _endings(found, "").values.ravel(), strict=True))
+    words = _endings(found, "").values.ravel()
+    endings = dict(zip(ids, words, strict=True))
     return tuple(case for case in plan.cases if endings.get(case.case_id) != PENDING)
 
 
@@ -94,7 +97,8 @@ def failed(plan: Plan, found: xr.Dataset) -> int:
     endings = found[variables.OUTCOMES[""].ending.name]
     without = (_endings(found, "") == PENDING) & (endings != PENDING)
     cases = [case.case_id for case in plan.cases]
-    return int((without & found["case_id"].isin(cases)).sum())
+    of_plan = found["case_id"].isin(cases)
+    return int((without & of_plan).sum())
 
 
 def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCase, ...]:
@@ -199,17 +203,24 @@ class Recomputed:
     def __init__(self, found: xr.Dataset, again: xr.Dataset) -> None:
         self._found, self._again = found, again
         (origin,), home = from_data([found.attrs]), computing_origin()
-        self._same_software, self._same_bits = origin.alike(home), origin.same_bits(home)
+        self._same_software = origin.alike(home)
+        self._same_bits = origin.same_bits(home)
         kept, now = read_groups(found), read_groups(again)
-        declared = [group for name, group in variables.all_groups().items() if name in kept and name in now]
-        self._groups = [Runs(group, (kept[group.name], now[group.name])) for group in declared]
+        self._groups: list[Runs] = []
+        for name, group in variables.all_groups().items():
+            if name in kept and name in now:
+                both = (kept[name], now[name])
+                self._groups.append(Runs(group, both))
         self._along = set(again["case_id"].dims)
         apart = variables.run_names() | _SOFTWARE
         common = {str(name): each for name, each in again.data_vars.items() if name in found}
         own = [name for name, each in common.items() if self._along <= set(each.dims)]
         self._names = [name for name in own if name not in apart]
-        columns = {name: again[name].values for name in self._names}
-        self._sizes = {name: magnitude(column) for name, column in columns.items() if real(column)}
+        self._sizes: dict[str, float] = {}
+        for name in self._names:
+            column = again[name].values
+            if real(column):
+                self._sizes[name] = magnitude(column)
 
     @property
     def comparable(self) -> bool:
@@ -217,13 +228,16 @@ class Recomputed:
         both = set(self._found.variables) & set(self._again.variables)
         if any(self._found[name].dims != self._again[name].dims for name in both):
             return False
-        return identical(self._found["case_id"].values, self._again["case_id"].values)
+        ids = self._found["case_id"].values
+        return identical(ids, self._again["case_id"].values)
 
     def shared(self) -> list[Difference]:
         """Compare each attribute, coordinate and variable that belongs to no single case; identical ones are listed,
         too."""
         own = variables.own_variables(self._found)
-        found, again = flatten_variables(self._found.drop_vars(own)), flatten_variables(self._again)
+        # One's own numbers are not computed again: nobody's functions are executed.
+        found = flatten_variables(self._found.drop_vars(own))
+        again = flatten_variables(self._again)
         names = sorted({*found, *again})
         missing = [odd(name, "is missing") for name in names if name not in found]
         strange = [odd(name, "is in no dataset of this manifest") for name in names if name not in again]
@@ -235,16 +249,20 @@ class Recomputed:
                 words.append(compare_values(f"{kind} of {name}", np.array(word), np.array(theirs[kind])))
         for_all = [name for name in common if self._is_for_all_cases(name)]
         values = [compare_values(name, found[name].values, again[name].values) for name in for_all]
-        unjudged = [Difference(name, Verdict.NOT_JUDGED, np.inf) for name in variables.own_numbers(self._found)]
+        own_numbers = variables.own_numbers(self._found)
+        unjudged = [Difference(name, Verdict.NOT_JUDGED, np.inf) for name in own_numbers]
         return [*missing, *strange, *words, *self._attributes(), *values, *unjudged]
 
     def _is_for_all_cases(self, name: str) -> bool:
         """True if a variable belongs to no case and is not in a group: runs are compared with their case."""
         if "/" in name:
             return False
-        return name in self._again.coords or self._along.isdisjoint(self._again[name].dims)
+        if name in self._again.coords:
+            return True
+        return self._along.isdisjoint(self._again[name].dims)
 
     def _attributes(self) -> list[Difference]:
+        # Which software computed a dataset is no content of it: another may compute the same.
         apart = {item.name for item in fields(Origin)} | {file.MIXED}
         kept = self._found.attrs
         differences = []
@@ -253,7 +271,8 @@ class Recomputed:
                 continue
             label = f"attribute {name}"
             if name in kept:
-                differences.append(compare_values(label, np.array(kept[name]), np.array(value)))
+                both = (np.array(kept[name]), np.array(value))
+                differences.append(compare_values(label, *both))
             else:
                 differences.append(odd(label, "is missing"))
         return differences
@@ -261,7 +280,8 @@ class Recomputed:
     def finding(self, case: CampaignCase) -> Finding:
         """The verdict on a case, with differences and variables that are not judged."""
         place = case_position(self._again, case.case_id)
-        kept, now = (self._case_values(root, place) for root in (self._found, self._again))
+        kept = self._case_values(self._found, place)
+        now = self._case_values(self._again, place)
         rises = case.case is not None and case.case.initial_contact == "gradual"
         rounding = OF_A_RISING_LOAD if rises and not self._same_bits else ROUNDING
         differences = [self._scalar(name, kept, now, rounding) for name in self._names]
@@ -280,6 +300,7 @@ class Recomputed:
 
     def _soften(self, runs: Runs, found: list[Difference]) -> list[Difference]:
         """Differences of a run; not judged where last digits may turn it."""
+        # Initial contact is no chain: where it differs by more than rounding, it differs.
         if self._same_bits or runs.group.kinds == ("contact",) or worst(found) is not Verdict.DIFFERENT:
             return found
         return [Difference(f"the {runs.group.name}", Verdict.NOT_JUDGED, np.inf)]
@@ -300,6 +321,7 @@ class Recomputed:
             return replace(found, verdict=Verdict.NOT_JUDGED)
         error = f"{name}_uncertainty"
         errors = (kept[error].values, now[error].values) if error in kept else UNKNOWN
+        # Both are means over the same members, yet over records that a last digit may have turned.
         verdict, *_ = find_verdict(*both, scale, errors, STANDARD_ERRORS)
         return replace(found, verdict=verdict, words="")
 
@@ -307,12 +329,14 @@ class Recomputed:
         """Magnitude of what a variable is a difference of: of a ± the number's, of forces that cancel the load."""
         whole = name.removesuffix("_uncertainty").removesuffix(SHARED_ERROR)
         of_the_load = 1.0 if whole in _OVER_THE_LOAD else 0.0
-        return max(self._sizes.get(name, 0.0), self._sizes.get(whole, 0.0), of_the_load)
+        sizes = [self._sizes.get(each, 0.0) for each in (name, whole)]
+        return max(*sizes, of_the_load)
 
 
 def _alike(kept: xr.Variable, again: xr.Variable) -> bool:
     """True if both have the same causes, whose messages differ in values alone."""
-    return identical(kept.values, again.values) and bool(np.all(again.values != ""))
+    are_stated = bool(np.all(again.values != ""))
+    return are_stated and identical(kept.values, again.values)
 
 
 _STIFFNESSES: Final = ("surface_stiffness", "path_stiffness")
@@ -324,26 +348,35 @@ def _chain_variables() -> set[str]:
     """Variables that sum up a record, a path or a drive, and texts about how drives ended; not how they ended."""
     kinds = ("record", "path", "statistics", variables.DRIVE)
     found = [each for kind in kinds for _, each in variables.scalars(kind)]
-    sliding = [each for each in found if not each.name.startswith("initial_") and each.name not in _STIFFNESSES]
+    # Initial contact and its stiffness are known before anything slides.
+    after_contact = [each for each in found if not each.name.startswith("initial_")]
+    sliding = [each for each in after_contact if each.name not in _STIFFNESSES]
     ended = variables.OUTCOMES[variables.DRIVE]
-    return _names(sliding) | {ended.cause.name, ended.message.name, variables.MEMBERS.name}
+    texts = {ended.cause.name, ended.message.name}
+    return _names(sliding) | texts | {variables.MEMBERS.name}
 
 
 def _is_of_chains(name: str) -> bool:
     """True for these variables, and for the numbers of members that have one, or one of its words."""
-    counted = name.endswith("_members") and any(name.startswith(f"{each}_") for each in _chain_variables())
-    return counted or name in _chain_variables()
+    chained = _chain_variables()
+    if name in chained:
+        return True
+    return name.endswith("_members") and any(name.startswith(f"{each}_") for each in chained)
 
 
 def _names(quantities: Iterable[Quantity]) -> set[str]:
     """The variables of these quantities, and of their ±."""
-    return {name for each in quantities for name in (each.name, each.uncertainty, each.shared_error) if name}
+    names = set()
+    for quantity in quantities:
+        names |= {quantity.name, quantity.uncertainty, quantity.shared_error}
+    return names - {""}
 
 
 def _words(found: xr.DataArray) -> dict[str, str]:
     """Attributes of a variable."""
     dims = " ".join(map(str, found.dims))
-    return {"dimensions": dims, "units": str(found.attrs.get("units", ""))}
+    units = str(found.attrs.get("units", ""))
+    return {"dimensions": dims, "units": units}
 
 
 def case_position(found: xr.Dataset, case_id: str) -> dict[str, int]:
@@ -353,7 +386,8 @@ def case_position(found: xr.Dataset, case_id: str) -> dict[str, int]:
     if not len(places):
         return {}
     # A case_id is there once.
-    dims, numbers = map(str, ids.dims), map(int, places[0])
+    dims = map(str, ids.dims)
+    numbers = map(int, places[0])
     return dict(zip(dims, numbers, strict=True))
 
 

@@ -24,7 +24,7 @@ from nanoslip.study.dataset.file import (
     read_groups,
     write_tree,
 )
-from nanoslip.study.dataset.variables import texts
+from nanoslip.study.dataset.texts import text_array
 from nanoslip.study.results.store import StoreError
 from tests.conftest import Main
 from tests.study.dataset.campaigns import FULL
@@ -205,7 +205,7 @@ def test_texts_that_are_all_empty_or_none_at_all_are_kept_and_can_be_turned_abou
         "empty": ("b", np.array(["", "", ""], object)),
         "word": (("a", "b"), np.array([["x", "yy", ""]] * 2, object)),
     }
-    none = xr.Dataset({"name": ("software", texts([]))})
+    none = xr.Dataset({"name": ("software", text_array([]))})
     file.write_netcdf(
         carrying(xr.Dataset(words, {"case_id": ("a", ["p", "q"]), "a": [0, 1]}, HERE), {"software": none}),
         tmp_path / "one.nc",
