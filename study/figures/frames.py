@@ -174,6 +174,7 @@ def _si_units(moments: Sequence[Moment], normal_load: float, scales: Scales) -> 
     """Units of axes in SI, with prefixes that suit the largest numbers."""
     width, load = scales.slab_width, normal_load * scales.force
     traction = load / (width * scales.slab_depth)
+    # Axes end beside the contact: places of nodes far away must not choose the prefix.
     in_contact = [moment.x[moment.pressure > 0.0] for moment in moments]
     place = _si_unit(width, "m", in_contact)
     way = _si_unit(width, "m", [moment.displacement for moment in moments])
@@ -194,8 +195,8 @@ def _si_units(moments: Sequence[Moment], normal_load: float, scales: Scales) -> 
 
 def _si_unit(scale: float, symbol: str, values: Iterable[Any]) -> Unit:
     """The unit in SI, with its prefix, of numbers in units of `scale`."""
-    maxima = [float(np.nanmax(np.abs(numbers))) for numbers in values]
-    largest = max(maxima)
+    sizes = [np.abs(numbers) for numbers in values]
+    largest = max(float(np.nanmax(size)) for size in sizes)
     factor, prefixed = axis_unit(scale * largest, symbol)
     return Unit(scale * factor, prefixed)
 
@@ -213,6 +214,7 @@ def _contacts_at_turns(
     wanted, numbers = set(turns), itertools.count()
 
     def keep_event(state: ContactState) -> None:
+        # Turn 0 is initial contact, with which every path begins.
         if next(numbers) in wanted:
             states.append(state)
 
@@ -225,7 +227,8 @@ def _moment(event: int, before: ContactState | None, now: ContactState, case: Ca
     in_contact = node_limit(case, 1.0, now.pressure, now.first_node)
     limit = np.where(now.contact, in_contact, 0.0)
     # An infinite μ_i limits nothing: no band is drawn for it.
-    finite_limit = np.where(np.isinf(case.intrinsic_friction), np.nan, limit)
+    is_unlimited = np.isinf(case.intrinsic_friction)
+    finite_limit = np.where(is_unlimited, np.nan, limit)
     slipped = _moving_nodes(before, now) if before else np.zeros_like(now.contact)
     return Moment(
         event=event,
@@ -329,12 +332,16 @@ def _draw_maps(maps: Sequence[Any], shown: Moments, moment: Moment, titles: bool
     # Nodes come column by column: those with the x of the first one are a column.
     rows = int(np.count_nonzero(moment.x == moment.x[0]))
     units = shown.units
-    slipped_x, slipped_y = moment.x[moment.slipped], moment.y[moment.slipped]
+    slipped_x = moment.x[moment.slipped]
+    slipped_y = moment.y[moment.slipped]
+    in_contact = moment.pressure > 0.0
     along, across = _span(shown), _span(shown, across=True)
     for axes, name in zip(maps, MAPS, strict=True):
         label = typeset(getattr(units, name).label)
-        values = np.where(moment.pressure > 0.0, getattr(moment, name), np.nan)
-        x, y, colors = (array.reshape(-1, rows).T for array in (moment.x, moment.y, values))
+        values = np.where(in_contact, getattr(moment, name), np.nan)
+        arrays = (moment.x, moment.y, values)
+        columns = [array.reshape(-1, rows).T for array in arrays]
+        x, y, colors = columns
         # Colours of all pictures mean the same, so their range is that of all moments.
         low, high = _range(getattr(other, name) for other in shown.moments)
         mesh = axes.pcolormesh(x, y, colors, vmin=low, vmax=high, shading="nearest")
@@ -367,20 +374,23 @@ def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> Non
         axes.plot(x[slipped], values[slipped], "v", **mark)
         axes.set_xlim(_span(shown))
     title = f"{shown.counted} {moment.event}"
-    upper.set(title=title, ylabel=typeset(units.traction.label), xticklabels=[])
+    traction = typeset(units.traction.label)
+    upper.set(title=title, ylabel=traction, xticklabels=[])
     # Axes of all pictures have the same range, so that contacts can be compared by eye.
     tractions: list[NDArray[np.float64]] = []
     for other in shown.moments:
         tractions += [other.pressure, other.shear, other.limit, -other.limit]
     upper.set_ylim(_range(tractions))
     lower.set_ylim(_range(other.slip for other in shown.moments))
-    along, upward = typeset(units.x.label), typeset(units.slip.label)
+    along = typeset(units.x.label)
+    upward = typeset(units.slip.label)
     lower.set(xlabel=along, ylabel=upward)
     lower.ticklabel_format(axis="y", scilimits=(-2, 4))
 
 
 def _draw_record(axes: Any, shown: Moments, marked: tuple[Moment, ...]) -> None:
     moved, friction = shown.units.displacement, shown.units.friction
+    # Drawn as the solver draws it in its own units; then converted to these.
     shown.record.plot(axes)
     line = axes.lines[0]
     x = moved.factor * line.get_xdata()
@@ -391,7 +401,8 @@ def _draw_record(axes: Any, shown: Moments, marked: tuple[Moment, ...]) -> None:
     along, upward = typeset(moved.label), typeset(friction.label)
     axes.set(xlabel=along, ylabel=upward)
     axes.ticklabel_format(axis="x", scilimits=(-2, 4))
-    axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # a point moves no axis
+    # The limits are fixed before points are drawn: a point moves no axis.
+    axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
     displacements = [moment.displacement for moment in marked]
     forces = [moment.friction for moment in marked]
     axes.plot(displacements, forces, "o", color=SHEAR, markersize=3.5)
@@ -408,7 +419,8 @@ def _number_moments(axes: Any, marked: tuple[Moment, ...]) -> None:
     for moments in groups.values():
         text = ", ".join(str(moment.event) for moment in moments)
         place = moments[0].displacement, moments[0].friction
-        below = (3, -8)  # in points, so that the number is clear of its point at any scale
+        # In points, so that the number is clear of its point at any scale.
+        below = (3, -8)
         axes.annotate(text, place, below, textcoords="offset points", fontsize=6.0)
 
 
@@ -421,6 +433,7 @@ def _span(shown: Moments, across: bool = False) -> tuple[float, float]:
     first, last = touching.min(), touching.max()
     steps = np.diff(np.unique(places[0]))
     spacing = float(steps.min())
+    # Two spacings more than a share of the width: a contact of one node has no width.
     margin = 0.1 * (last - first) + 2.0 * spacing
     return float(first - margin), float(last + margin)
 
@@ -458,7 +471,8 @@ def frames(
     >>> nanoslip.frames(nanoslip.Case(), "0:200:40", "strip.png").outcome.ok  # doctest: +SKIP
     True
     """
-    wanted = parse_events(events) if isinstance(events, str) else tuple(sorted(set(events)))
+    numbers = parse_events(events) if isinstance(events, str) else set(events)
+    wanted = tuple(sorted(numbers))
     # A wrong suffix is refused before minutes of computation, not after them.
     suffix = _suffix(Path(path), len(wanted))
     shown = event_moments(case, wanted, scales)
@@ -482,6 +496,7 @@ def _film(shown: Moments, suffix: str) -> bytes:
     """The moments one after the other, on axes with the same limits."""
     writer = FILMS[suffix](fps=FRAMES_PER_SECOND)
     with TemporaryDirectory() as folder, column(3.0, 6.0) as figure:
+        # Without a window a figure has no canvas that pictures could be grabbed from.
         get_registered_canvas_class("png")(figure)
         # The writer of MP4 hands a path to ffmpeg: the film is a file first, and only a whole one gets its place.
         film = Path(folder) / f"film.{suffix}"

@@ -37,6 +37,7 @@ def script_figures(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]
         values = execute_script(script).values()
         figures = [value for value in values if isinstance(value, CampaignFigure)]
     except Exception as error:
+        # A script may be anybody's: whatever it raises is a fault of the file.
         raise StoreError(f"{script}: cannot be run: {type(error).__name__}: {error}") from error
     if not figures:
         raise StoreError(f"{script}: needs a variable that is a nanoslip.study.figures.shared.CampaignFigure")
@@ -46,6 +47,7 @@ def script_figures(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]
 def execute_script(script: Path) -> dict[str, Any]:
     """Names that a script defines. Its imports of neighbours are private, as other folders may have files of the same names."""
     neighbours = {path.stem for path in script.parent.glob("*.py")}
+    # Modules of the same names, loaded for another folder, stand aside meanwhile.
     loaded = neighbours & sys.modules.keys()
     others = {name: sys.modules.pop(name) for name in loaded}
     sys.path.insert(0, str(script.parent))
@@ -53,6 +55,7 @@ def execute_script(script: Path) -> dict[str, Any]:
         return runpy.run_path(str(script))
     finally:
         sys.path.remove(str(script.parent))
+        # Removed again, or the script of the next folder would get these.
         for name in neighbours:
             sys.modules.pop(name, None)
         sys.modules.update(others)

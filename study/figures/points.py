@@ -36,7 +36,8 @@ def variable_description(name: str, dataset: xr.Dataset | None = None) -> variab
         return variables.describe_own_number(dataset, name)
     if size := variables.describe_size(name):
         return size
-    return variables.Described(name, "", "", "1", "", name, "", "", "", ())  # the name alone, a pure number
+    # The name alone, as that of a pure number.
+    return variables.Described(name, "", "", "1", "", name, "", "", "", ())
 
 
 def symbol(name: str) -> str:
@@ -58,7 +59,8 @@ def label(name: str, over: str = "", dataset: xr.Dataset | None = None, unit: st
     if over:
         numerator = symbol_with_unit(variable.meaning + sign, name)
         return measure_label(f"{numerator} over {symbol_and_unit(over)}", measure)
-    return symbol_with_unit(measure_label(variable.meaning, measure) + sign, name, unit or readable(variable.units))
+    text = measure_label(variable.meaning, measure) + sign
+    return symbol_with_unit(text, name, unit or readable(variable.units))
 
 
 def symbol_and_unit(name: str, unit: str | None = None) -> str:
@@ -109,6 +111,7 @@ def format_value(value: Any) -> str:
     """A value of a coordinate, as short as it can be: 0.25, 200, 3e4."""
     if not isinstance(value, float) or not math.isfinite(value):
         return str(value)
+    # Exponents as people write them: 3e4, not 3e+04.
     plain = f"{value:.6g}".replace("e+0", "e").replace("e-0", "e-")
     plain = plain.replace("e+", "e")
     digits, _, exponent = f"{value:.5e}".partition("e")
@@ -203,7 +206,9 @@ class RowLabel(NamedTuple):
         if not self.twin:
             return with_size(self.name, case[self.name].item(), scales)
         value = case[self.twin].item()
-        return format_value(value * self.factor) if math.isfinite(value) else format_value(value)
+        if math.isfinite(value):
+            value *= self.factor
+        return format_value(value)
 
 
 def row_label(rows: CaseRows, name: str) -> RowLabel:
@@ -338,7 +343,8 @@ def read_points(dataset: xr.Dataset, name: str, over: str = "", where: Selection
     The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
     stored = stored_name(dataset, name)
-    rows = longest_rows(dataset, (stored, over and stored_name(dataset, over)), where)
+    divisor = over and stored_name(dataset, over)
+    rows = longest_rows(dataset, (stored, divisor), where)
     number = _ratio(rows, name, over) if over else _number(rows, name)
     axes = differing_axes(rows)
     # Nothing states which part of a ratio's error members share.
@@ -377,11 +383,13 @@ def prefix_units(points: Points) -> Points:
     """Points of a campaign that is given in SI, each number and coordinate in the unit with the prefix that suits it."""
     if not points.in_si:
         return points
-    axes, units, critical = dict(points.axes), dict(points.units), points.critical_velocity
+    axes, units = dict(points.axes), dict(points.units)
+    critical = points.critical_velocity
     for name, values in points.axes.items():
         if is_prefixed(name) and values.dtype.kind == "f":
             factor, units[name] = prefix_factor(values, variable_description(name).units)
             axes[name] = values * factor
+            # The border of a map of regimes is a velocity along this axis.
             if name == VELOCITY:
                 critical = critical * factor
     points = replace(points, axes=axes, units=units, critical_velocity=critical)
@@ -389,7 +397,8 @@ def prefix_units(points: Points) -> Points:
     if over or points.text or not is_prefixed(name) or not points.there.any():
         return points
     factor, unit = prefix_factor(points.values, variable_description(name).units)
-    scaled = {each: getattr(points, each) * factor for each in ("values", "errors", "shared", "closed_form")}
+    numbers = ("values", "errors", "shared", "closed_form")
+    scaled = {each: getattr(points, each) * factor for each in numbers}
     return replace(points, label=label(name, unit=unit), **scaled)
 
 
@@ -422,6 +431,7 @@ def _member_counts(dataset: xr.Dataset, rows: CaseRows, name: str) -> tuple[NDAr
     if not counts:
         no_mean = np.full(len(rows), -1)
         return no_mean, np.zeros(len(rows), np.bool_)
+    # A case without a result has no count: NaN.
     columns = [np.nan_to_num(rows.values(count)) for count in counts]
     members, ensemble = (np.asarray(column, np.int64) for column in columns)
     return members, (members > 0) & (members < ensemble)
@@ -429,7 +439,7 @@ def _member_counts(dataset: xr.Dataset, rows: CaseRows, name: str) -> tuple[NDAr
 
 def _word_shares(rows: CaseRows, name: str) -> Floats:
     """Share of the members with the most frequent word of each row."""
-    tallies = [list(tally.values()) for tally in rows.tallies(name)]
+    tallies = [tally.values() for tally in rows.tallies(name)]
     shares = [max(counts) / sum(counts) for counts in tallies]
     return np.array(shares)
 
@@ -455,8 +465,10 @@ def _number(rows: CaseRows, name: str) -> _Numbers:
     stored = stored_name(rows.root, name)
     if stored != name:
         found, factors = _number(rows, stored), _si_factors(rows, name)
-        return found._replace(values=found.values * factors, errors=found.errors * factors)
-    values, uncertainty = rows.values(name), variable_description(name, rows.root).uncertainty
+        values = found.values * factors
+        return found._replace(values=values, errors=found.errors * factors)
+    values = rows.values(name)
+    uncertainty = variable_description(name, rows.root).uncertainty
     if values.dtype.kind in "OUTS":
         unknown = np.full(len(rows), np.nan)
         return _Numbers(values.astype(object), unknown, False)
@@ -467,10 +479,12 @@ def _number(rows: CaseRows, name: str) -> _Numbers:
 
 def _si_factors(rows: CaseRows, name: str) -> Floats:
     """Factor of each row from a stored number to its size in SI; 1 of variables that are stored as they are."""
-    stored, scales = stored_name(rows.root, name), read_scales(rows.root.attrs)
+    stored = stored_name(rows.root, name)
+    scales = read_scales(rows.root.attrs)
     if stored == name or scales is None:
         return np.ones(len(rows))
-    load = rows.values("normal_load") * _floats(rows, "contacts", 1.0) * scales.force
+    contacts = _floats(rows, "contacts", 1.0)
+    load = rows.values("normal_load") * contacts * scales.force
     factor = si_factor(scales, variables.variables_by_name()[stored].measure, load)
     return np.full(len(rows), factor, float)
 
@@ -491,8 +505,9 @@ def _ratio(rows: CaseRows, above: str, below: str) -> _Numbers:
     stated = numerator.stated or denominator.stated
     with np.errstate(divide="ignore", invalid="ignore"):
         quotient = _finite(numerator.values / denominator.values)
+        # A number over itself is 1, whatever its error.
         if above == below:
-            return _Numbers(quotient, 0.0 * abs(quotient), stated)  # whatever it is, it is all of itself
+            return _Numbers(quotient, 0.0 * abs(quotient), stated)
         if not stated:
             return _Numbers(quotient, np.nan * quotient, stated)
         errors = np.hypot(numerator.relative_errors, denominator.relative_errors)
@@ -561,6 +576,7 @@ def find_variable(dataset: xr.Dataset, word: str) -> str:
     found = variables.find_variables(names, word)
     if not found and stored_name(dataset, word) != word:
         return word
+    # A parameter and its size in SI share a symbol, which means the parameter.
     sizes = {f"{name}{variables.SI}" for name in found}
     found = [name for name in found if name not in sizes]
     if len(found) == 1:
@@ -589,11 +605,13 @@ def points_named(
         try:
             if above != word and not (above and below):
                 raise UnknownNameError(f"{word}: needs a variable, or a ratio as plateau/mu_i; see nanoslip describe")
-            name, divisor = find_variable(dataset, above), find_variable(dataset, below) if below else ""
+            name = find_variable(dataset, above)
+            divisor = find_variable(dataset, below) if below else ""
             if in_units and not divisor:
                 name = si_name(dataset, name)
             return read_points(dataset, name, divisor, selection)
         except AmbiguousNameError:
+            # The word is a symbol: to divide it in another way would not be what was meant.
             raise
         except KeyError as error:
             raise UnknownNameError(error.args[0]) from None
@@ -619,7 +637,8 @@ def convert_axes_to_si(points: Points, dataset: xr.Dataset, words: Collection[st
         # Sizes are looked up, not computed: they are then the same floats that the dataset has.
         scaled = dataset[name].values.ravel()
         in_si = dataset[twin].values.ravel()
-        sizes = dict(zip(scaled.tolist(), in_si.tolist(), strict=True))
+        pairs = zip(scaled.tolist(), in_si.tolist(), strict=True)
+        sizes = dict(pairs)
         converted = [sizes.get(value, value) for value in values.tolist()]
         axes[twin] = np.array(converted, values.dtype)
     zipped = tuple(twins.get(name, name) for name in points.zipped)
@@ -628,9 +647,12 @@ def convert_axes_to_si(points: Points, dataset: xr.Dataset, words: Collection[st
 
 def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
+    # An axis in SI is found by the name of its parameter, too.
     stored = {name.removesuffix(variables.SI): name for name in points.axes}
     axes = variables.find_variables(list(points.axes), word)
-    axes = axes or [stored[name] for name in variables.find_variables(list(stored), word)]
+    if not axes:
+        names = variables.find_variables(list(stored), word)
+        axes = [stored[name] for name in names]
     if len(axes) == 1:
         return axes[0]
     names_of_all = list(map(str, dataset.variables))

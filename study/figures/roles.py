@@ -126,7 +126,10 @@ def is_logarithmic(values: NDArray[Any]) -> bool:
     numbers = np.unique(values[np.isfinite(values)])
     if len(numbers) < 2 or numbers[0] <= 0.0 or numbers[-1] < SPAN * numbers[0]:
         return False
-    return len(numbers) == 2 or unevenness(np.log(numbers)) < unevenness(numbers)
+    # Two numbers are even on any scale.
+    if len(numbers) == 2:
+        return True
+    return unevenness(np.log(numbers)) < unevenness(numbers)
 
 
 def begins_with_zero(values: NDArray[Any]) -> bool:
@@ -142,6 +145,7 @@ def axis_positions(points: Points, name: str, chosen: Points) -> NDArray[Any]:
     values = chosen.axes[name]
     if values.dtype.kind not in "Ob":
         return values
+    # Words and switches have no size: they stand at equal distances, in the order of the axis.
     order = axis_values(points, name)
     places = [order.index(value) for value in values.tolist()]
     return np.array(places, dtype=float)
@@ -166,6 +170,7 @@ def set_axis(axis: Any, points: Points, name: str) -> None:
             set_few_ticks(axis)
     if len(values) <= _TICKS:
         axis.set_ticks(values, list(map(format_value, values)))
+        # Between the values of a coordinate there are no cases, so there are no minor ticks.
         axis.set_ticks([], minor=True)
 
 

@@ -64,6 +64,7 @@ def table(claims: Iterable[Sequence[str]], header: Sequence[str] = HEADER) -> st
 
 def _table_line(cells: Sequence[str]) -> str:
     """Cells as a line of a Markdown table."""
+    # A bar inside a cell would end it.
     escaped = [cell.replace("|", "\\|") for cell in cells]
     return f"| {' | '.join(escaped)} |"
 
@@ -107,11 +108,13 @@ def exponent(at: Any, values: Any, errors: Any) -> tuple[float, float]:
     # The ± of a logarithm is the relative ±.
     weight = (values / errors) ** 2
     total = weight.sum()
+    # About their weighted means slope and intercept have independent errors.
     x0, y0 = (weight @ x) / total, (weight @ y) / total
     square = weight @ (x - x0) ** 2
     product = weight @ ((x - x0) * (y - y0))
     slope = float(product / square)
     residuals = y - y0 - slope * (x - x0)
+    # Two of the degrees of freedom are slope and intercept.
     scatter = float(weight @ residuals**2) / (len(x) - 2)
     # A scatter below 1 is luck: the ± of the values is known, and the slope is no better than they allow.
     error = np.sqrt(max(scatter, 1.0) / square)
@@ -248,6 +251,7 @@ def edges(places: NDArray[np.float64], axis: Any) -> NDArray[np.float64]:
     """(n + 1,) ends of n tiles: halfway between neighbours on the scale of their axis (matplotlib's)."""
     scale = axis.get_transform()
     middles = scale.transform(np.asarray(places, float))
+    # A single tile has no neighbour: it is one unit of its scale wide.
     steps = np.ones(1)
     if len(middles) > 1:
         steps = np.diff(middles)
@@ -306,7 +310,8 @@ class Sort:
 
 def format_csv(columns: DrawnColumns) -> str:
     """Columns as CSV with a line of names; numbers have nine digits, missing ones are empty."""
-    columns_as_text = [map(_cell, np.asarray(values).tolist()) for values in columns.values()]
+    lists = [np.asarray(values).tolist() for values in columns.values()]
+    columns_as_text = [map(_cell, cells) for cells in lists]
     rows = zip(*columns_as_text, strict=True)
     return rows_as_csv(itertools.chain([columns], rows))
 
@@ -328,7 +333,9 @@ def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
     """
     if len(places) <= most:
         return list(range(len(places)))
-    columns: list[Sequence[Any]] = [[place[name] for place in places] for name in places[0]]
+    columns: list[Sequence[Any]] = []
+    for name in places[0]:
+        columns.append([place[name] for place in places])
     if not columns:
         columns = [range(len(places))]
     shares = np.array([_axis_shares(values, most) for values in columns])
@@ -340,13 +347,15 @@ def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
         # The last key comes first: a place is taken once.
         best = np.lexsort((distance, cost, taken))[0]
         taken[best] = True
-        shared_parts = (parts == parts[:, best, None]).sum(axis=0)
+        same_parts = parts == parts[:, best, None]
+        shared_parts = same_parts.sum(axis=0)
         cost += 2.0**shared_parts
     return np.flatnonzero(taken).tolist()
 
 
 def _axis_shares(values: Sequence[Any], most: int) -> Floats:
     """Positions of values along an axis that is divided into parts of length 1, at most `most`."""
+    # By rank: each value has an equal share of the axis, however near the next one is.
     ranks = {value: rank for rank, value in enumerate(sort_values(values))}
     middles = np.array([ranks[value] for value in values]) + 0.5
     return middles / len(ranks) * min(len(ranks), most)
@@ -381,10 +390,12 @@ def analytic_motion(
     names = ("spring_stiffness", "damping_ratio", "stage_velocity")
     parameters = {name: float(case[name]) for name in names}
     mass, load = float(case["pin_mass"]), float(case["normal_load"])
-    drive = Drive.from_si(scales, mass, duration=float(time[-1]), **parameters)
+    duration = float(time[-1])
+    drive = Drive.from_si(scales, mass, duration=duration, **parameters)
     unit = scales.time(mass)
     # Coefficients are over the load, forces of the solver in its own unit.
-    motion = stick_slip(time / unit, drive, kinetic * load, static * load, later_static * load)
+    limits = (kinetic * load, static * load, later_static * load)
+    motion = stick_slip(time / unit, drive, *limits)
     position = scales.slab_width * motion.position
     velocity = scales.slab_width / unit * motion.velocity
     return ClosedForm(time, position, velocity, motion.spring_force / load)

@@ -123,9 +123,9 @@ def draw_scattered(points: Points, make: Callable[..., Figure] = Figure) -> Figu
             x = axis_positions(points, name, points)
             steps = np.diff(x)
             # Points that are not in the order of this coordinate would be joined to a tangle.
-            one_way = bool((steps > 0).all() or (steps < 0).all())
+            rises, falls = bool((steps > 0).all()), bool((steps < 0).all())
             style = next(series_styles())
-            _draw_series(axes, points, points, x, style, line=one_way)
+            _draw_series(axes, points, points, x, style, line=rises or falls)
             set_axis(axes.xaxis, points, name)
             axes.set_xlabel(typeset(points.axis_symbol(name)))
         _finish(figure, points)
@@ -151,10 +151,14 @@ def _draw_series(
     axes: Any, points: Points, series: Points, x: NDArray[Any], style: dict[str, Any], name: str = "", line: bool = True
 ) -> None:
     """Values with error bars, a question mark if unknown, hollow if flagged; crosses without a value."""
+    # Lines join points in the order of the axis; a stable sort keeps that of the cases at one
+    # place.
     order = np.argsort(x, kind="stable")
     x, series = x[order], series.select(order)
-    y = _heights(series, distinct_words(points))  # a line breaks at what is no number
+    # A line breaks at a missing value, which is NaN here.
+    y = _heights(series, distinct_words(points))
     places = x[series.there]
+    # A line through several points at one place would only go up and down there.
     distinct = len(set(places.tolist())) == len(places)
     if series.text or not distinct or not line:
         style = {**style, "linestyle": ""}
@@ -184,6 +188,7 @@ def _draw_signs(axes: Any, series: Points, x: NDArray[Any], y: Floats, style: di
     look: dict[str, Any] = {"markersize": 3.6, "markeredgewidth": 0.3, "color": style["color"]}
     look |= {"marker": UNSURE, "linestyle": "", "clip_on": False, "transform": beside}
     marks = axes.plot(x[series.unsure], y[series.unsure], **look)
+    # Within the frame, just above its lower edge: a missing value has no height of its own.
     bottom = np.full(int(missing.sum()), 0.02)
     frame = axes.get_xaxis_transform()
     cross: dict[str, Any] = {"color": FAILED_COLOR, "transform": frame, "zorder": 6}
@@ -209,7 +214,8 @@ def _heights(points: Points, names: list[str]) -> Floats:
     if not points.text:
         return points.values
     order = {name: place for place, name in enumerate(names)}
-    places = [order.get(value, np.nan) for value in points.values.tolist()]
+    values = points.values.tolist()
+    places = [order.get(value, np.nan) for value in values]
     return np.array(places, dtype=float)
 
 
@@ -217,7 +223,8 @@ def distinct_words(points: Points) -> list[str]:
     """The words that occur as values, each once. None of numbers."""
     if not points.text:
         return []
-    return [name for name in dict.fromkeys(points.values.tolist()) if name]
+    distinct = dict.fromkeys(points.values.tolist())
+    return [name for name in distinct if name]
 
 
 def _add_legend(figure: Figure, **look: Any) -> None:
@@ -276,14 +283,16 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
     up = edges(tiles.rows, axes.yaxis)
     rasterized = len(tiles.rows) * len(tiles.columns) > MOST_VECTOR
     look: dict[str, Any] = {"rasterized": rasterized, "edgecolors": "face", "linewidth": 0.3}
-    if here.differing:  # drawn without hairlines between the shapes
+    if here.differing:
+        # Shapes that are pale would show the hairlines between them.
         paleness = tiles.fill(here.shares, 1.0)
         look |= {"alpha": paleness, "edgecolors": "none", "rasterized": True}
     names = distinct_words(points)
     values = tiles.fill(_heights(here, names), np.nan)
     look |= _colors(points, names)
     mesh = axes.pcolormesh(across, up, values, **look)
-    axes.set(xlim=across[[0, -1]], ylim=up[[0, -1]])
+    ends = [0, -1]
+    axes.set(xlim=across[ends], ylim=up[ends])
     for x, y in critical_border(points, here, roles):
         axes.plot(x, y, color="black", linewidth=1.2)
     if is_crowded(points, roles):
@@ -304,7 +313,8 @@ class _Tiles:
 
     def fill(self, values: NDArray[Any], otherwise: float) -> Floats:
         """(rows, columns) Values of the cases (n,), `otherwise` on tiles without a case."""
-        array = np.full((len(self.rows), len(self.columns)), otherwise)
+        shape = (len(self.rows), len(self.columns))
+        array = np.full(shape, otherwise)
         row = np.searchsorted(self.rows, self.y)
         column = np.searchsorted(self.columns, self.x)
         array[row, column] = values
@@ -313,7 +323,8 @@ class _Tiles:
 
 def _tiles(points: Points, here: Points, roles: Roles) -> _Tiles:
     # Columns and rows are those of all panels: a panel that lacks some has empty tiles there.
-    x, y = axis_positions(points, roles.x, points), axis_positions(points, roles.hue, points)
+    x = axis_positions(points, roles.x, points)
+    y = axis_positions(points, roles.hue, points)
     return _Tiles(
         x=axis_positions(points, roles.x, here),
         y=axis_positions(points, roles.hue, here),
@@ -362,7 +373,8 @@ def _colors(points: Points, names: list[str]) -> dict[str, Any]:
         return {"cmap": palette, "vmin": -0.5, "vmax": len(names) - 0.5}
     if is_logarithmic(points.values):
         return {"cmap": "viridis", "norm": "log"}
-    least, most = np.nanmin(points.values), np.nanmax(points.values)
+    least = np.nanmin(points.values)
+    most = np.nanmax(points.values)
     return {"cmap": "viridis", "vmin": least, "vmax": most}
 
 
@@ -373,13 +385,16 @@ def _palette(names: Sequence[str]) -> list[Any]:
     count = len(names)
     if count <= len(COLORS):
         return list(COLORS[:count])
+    # Without its ends, whose colours are too dark to be told apart.
     return list(colormaps["turbo"](np.linspace(0.05, 0.95, count)))
 
 
 def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
     axes = figure.axes[0]
     for color, name in zip(_palette(names), names, strict=True):
-        axes.plot([], [], "s", color=color, label=hyphenate(name))  # an entry of the legend, no point
+        # An entry of the legend, which draws no point.
+        axes.plot([], [], "s", color=color, label=hyphenate(name))
     widest = max(map(len, names))
     beside = LETTERS_OF_TILES // (widest + len("■   "))
-    _add_legend(figure, ncols=max(min(len(names), beside), 1))
+    columns = min(len(names), beside)
+    _add_legend(figure, ncols=max(columns, 1))

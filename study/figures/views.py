@@ -18,7 +18,7 @@ from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor, run_id_name
 from nanoslip.study.dataset.file import read_groups
-from nanoslip.study.dataset.table import case_rows
+from nanoslip.study.dataset.table import CaseRows, case_rows
 from nanoslip.study.dataset.units import is_given_in_si, read_scales, si_factor, si_name
 from nanoslip.study.dataset.variables import MEASURES, SI, are_means
 from nanoslip.study.figures.answer import answers, make_view
@@ -133,6 +133,14 @@ class RunFamily:
     height: float = HEIGHT
 
 
+def _total_loads(rows: CaseRows) -> NDArray[np.float64]:
+    """(rows,) Load of all contacts of each case, in units of the scales; NaN in a dataset without loads."""
+    if not rows.has("normal_load"):
+        return np.full(len(rows), np.nan)
+    contacts = rows.values("contacts") if rows.has("contacts") else 1.0
+    return np.asarray(rows.values("normal_load") * contacts)
+
+
 def list_runs(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> list[DrawnRun]:
     """The runs of a group, each once, though several cases share it; none if the dataset has no such group.
 
@@ -143,9 +151,9 @@ def list_runs(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> l
     rows = case_rows(dataset, run_id_name(dataset, group))
     ids = rows.values(f"{group}_id").tolist()
     labels, positions = differing_axes(rows), rows.positions
-    contacts = rows.values("contacts") if rows.has("contacts") else np.ones(len(ids))
-    loads = rows.values("normal_load") * contacts if rows.has("normal_load") else np.full(len(ids), np.nan)
-    names = dict.fromkeys(ids)  # each once, in the order of cases
+    loads = _total_loads(rows)
+    # Each run once, in the order of cases.
+    names = dict.fromkeys(ids)
     distinct = [name for name in names if isinstance(name, str) and name]
     enough = np.ones(len(ids), np.bool_)
     if need and need.variable in dataset:
@@ -158,7 +166,8 @@ def list_runs(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> l
             # A slice, not an element: `tolist` of it has Python's own types, which labels are written with.
             label = {axis: values[row : row + 1].tolist()[0] for axis, values in labels.items()}
             selection = {dim: dataset[dim].values[places[row]] for dim, places in positions.items()}
-            runs.append(DrawnRun(number, label, selection, float(loads[row])))
+            load = float(loads[row])
+            runs.append(DrawnRun(number, label, selection, load))
     return runs
 
 
@@ -172,7 +181,8 @@ def draw_runs(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
     shown = [runs[position] for position in positions]
     counted = "all" if len(shown) == len(runs) else f"{len(shown)} of {len(runs)}, spread over all axes"
     scales = read_scales(dataset.attrs) if is_given_in_si(dataset) else None
-    numbers = cache(partial(_columns_to_draw, family, dataset, scales))  # a figure shows a run, and a file holds it
+    # Kept once computed: a figure shows a run, and a file holds its numbers.
+    numbers = cache(partial(_columns_to_draw, family, dataset, scales))
     in_file = partial(_rename_sizes, family, numbers) if scales else numbers
     if family.together and len(shown) > 1:
         draw = partial(_draw_together, family, numbers, shown, scales is not None)
@@ -201,15 +211,17 @@ def _columns_to_draw(family: RunFamily, dataset: xr.Dataset, scales: Scales | No
     """
     with np.errstate(over="ignore", invalid="ignore"):
         columns = dict(family.columns(dataset, run))
+        load = run.load * (scales.force if scales else 1.0)
         for axis in _axes_of(family):
-            factor = axis.to_si(scales, run.load * (scales.force if scales else 1.0))
+            factor = axis.to_si(scales, load)
             for name in axis.columns:
                 columns[name] = columns[name] * factor
     return {name: _drawable(values) for name, values in columns.items()}
 
 
 def _axes_of(family: RunFamily) -> tuple[DrawnAxis, ...]:
-    return (family.x, family.y, family.color) if family.color else (family.x, family.y)
+    axes = (family.x, family.y)
+    return (*axes, family.color) if family.color else axes
 
 
 def _rename_sizes(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], run: DrawnRun) -> DrawnColumns:
@@ -240,7 +252,8 @@ def thin_line(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.i
     if len(x) <= 2 * bins:
         return np.arange(len(x))
     # Without its ends, so that the last point lies in the last bin and not behind it.
-    inner_edges = np.linspace(x[0], x[-1], bins + 1)[1:-1]
+    bin_edges = np.linspace(x[0], x[-1], bins + 1)
+    inner_edges = bin_edges[1:-1]
     bin_of_point = np.digitize(x, inner_edges)
     # Bin by bin, in each from the lowest to the highest.
     order = np.lexsort((y, bin_of_point))
@@ -296,7 +309,9 @@ def _scale_to_prefix(axis: DrawnAxis, tables: Sequence[dict[str, NDArray[Any]]],
     if not unit:
         return typeset(axis.label)
     sizes = [np.abs(table[name]) for table in tables for name in axis.columns]
-    largest = max((float(each[np.isfinite(each)].max(initial=0.0)) for each in sizes), default=0.0)
+    finite = [size[np.isfinite(size)] for size in sizes]
+    maxima = [float(size.max(initial=0.0)) for size in finite]
+    largest = max(maxima, default=0.0)
     factor, name_of_unit = axis_unit(largest, readable(unit))
     for table in tables:
         for name in axis.columns:
@@ -353,16 +368,20 @@ def half_plane(case: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64]:
     r = x
     # Of a plane of nodes these are the places of one row.
     if "y" in layout.AXES:
-        r = np.hypot(x, float(case["y"].values[0]))
+        across = float(case["y"].values[0])
+        r = np.hypot(x, across)
     if str(case["pin"].item()) == "flat_punch":
         # Boussinesq's p = least/√(1 - (r/a)²): the integral over the strip, or the circle, has to be the load, here 1.
         a = float(case["half_width"])
         least = contact.punch_pressure(a)
         square = 1.0 - (r / a) ** 2
         root = np.sqrt(np.maximum(square, 0.0))
-        return np.divide(least, root, np.zeros(len(r)), where=root > 1e-4)
+        # Cut off where 1 - (r/a)² falls below 1e-8: at the edge itself the pressure has no bound.
+        outside = np.zeros(len(r))
+        return np.divide(least, root, outside, where=root > 1e-4)
     # The ellipse or ellipsoid of Hertz's pressure has to bear the load, here 1.
-    load, *shape = (float(case[name]) for name in ("normal_load", "radius", "poisson"))
+    names = ("normal_load", "radius", "poisson")
+    load, *shape = (float(case[name]) for name in names)
     a = contact.hertz(load, *shape)
     return HertzContact(a, contact.hertz_pressure(a)).pressure(r)
 
@@ -453,12 +472,14 @@ DRIVES: Final = RunFamily(
 def stage_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Place of the stage and of the pin (m), and spring force over load, along the last two cycles."""
     pulled = Accessor(dataset).trajectory(**run.selection)
-    whole = {name: pulled[f"sample_{name}"].values for name in ("stage", "position", "spring_force")}
+    names = ("stage", "position", "spring_force")
+    whole = {name: pulled[f"sample_{name}"].values for name in names}
     # A quarter of a cycle, then whole ones; the first ones are left out, as a pin just pressed down runs in.
     cycles = pulled.sizes["stage_leg"] // 2
     begin = 0
     if cycles > 1:
         steps = len(whole["stage"]) - 1
+        # The last 8 of 4·cycles + 1 quarters.
         begin = steps - 8 * steps // (4 * cycles + 1)
     return {name: values[begin:] for name, values in whole.items()}
 
@@ -466,7 +487,8 @@ def stage_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
 def draw_stages(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """Spring force over the stage as a line, over the pin as a thin one."""
     axes.plot(table["stage"], table["spring_force"], **style)
-    axes.plot(table["position"], table["spring_force"], color=style["color"], linewidth=0.4)
+    thin = {"color": style["color"], "linewidth": 0.4}
+    axes.plot(table["position"], table["spring_force"], **thin)
 
 
 STAGES: Final = RunFamily(
@@ -629,8 +651,10 @@ RECORDS: Final = RunFamily(
 def path_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Displacement, F/W and leg of a path, each leg thinned to the figure's resolution."""
     line = Accessor(dataset).path(**run.selection)
-    x, force, leg = (line[f"path_{name}"].values for name in ("displacement", "friction", "leg"))
-    legs = [np.flatnonzero(leg == number) for number in np.unique(leg)]
+    names = ("displacement", "friction", "leg")
+    x, force, leg = (line[f"path_{name}"].values for name in names)
+    numbers = np.unique(leg)
+    legs = [np.flatnonzero(leg == number) for number in numbers]
     seen = [_leg_seen(x, force, places) for places in legs]
     # An empty array first, as there is nothing to join in a path without legs.
     shown = np.concatenate([np.arange(0), *seen])
@@ -640,7 +664,8 @@ def path_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
 def _leg_seen(x: NDArray[Any], force: NDArray[Any], here: NDArray[np.int64]) -> NDArray[np.int64]:
     """Points of a leg that keep its look, in their order."""
     # Bins need rising places, and every other leg goes back.
-    forward = here if x[here[0]] <= x[here[-1]] else here[::-1]
+    rises = x[here[0]] <= x[here[-1]]
+    forward = here if rises else here[::-1]
     seen = thin_line(x[forward], force[forward])
     return np.sort(forward[seen])
 
@@ -664,8 +689,10 @@ def cycle_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     legs = 2 * int(path["cycles"])
     lost = path["leg_loss"].values[-legs:]
     complete = len(lost) // 2 * 2
-    loss = lost[:complete].reshape(-1, 2).sum(axis=1)
-    return {"cycle": np.arange(1, len(loss) + 1), "loss": loss}
+    legs_of_cycles = lost[:complete].reshape(-1, 2)
+    loss = legs_of_cycles.sum(axis=1)
+    cycles = np.arange(1, len(loss) + 1)
+    return {"cycle": cycles, "loss": loss}
 
 
 def draw_cycles(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
@@ -703,10 +730,12 @@ def _losses(dataset: xr.Dataset) -> View | None:
     found = read_points(dataset, name)
     closed_form = _mindlin(dataset)
     if name != "loss_per_cycle":
+        # The closed form is in W·L_x: it takes the factor of each case that its number has.
         in_scales = read_points(dataset, "loss_per_cycle").values
         with np.errstate(invalid="ignore", divide="ignore"):
             closed_form = closed_form * found.values / in_scales
     points = replace(found, closed_form=closed_form)
+    # A contact that is shaken down loses nothing, which has no place on a logarithmic axis.
     lossless = read_points(dataset, "shaken_down").values == 1.0
     points = points.select(~lossless)
     strokes = [si_name(dataset, name) for name in ("amplitude", "stroke")]
