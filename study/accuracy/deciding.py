@@ -105,11 +105,13 @@ def deciding(
     assert case.case is not None
     if drive is None and variable in uncertain_names(KINDS[DRIVE]):
         drive = next(each.drive for each in manifest.drives if each.drive)
-    search = _Search(manifest, case, variable, most, drive, Store(out / FOLDER) if out else None, announce)
+    kept = Store(out / FOLDER) if out else None
+    search = _Search(manifest, case, variable, most, drive, kept, announce)
     # The cheaper grid shows what the finer one takes.
     coarser = search.best(FACTORS["coarser"])
     spacings = (search.best(FACTORS["finer"]), coarser)
     friction, without_drop = sliding_friction(case.case), math.nan
+    # At a residual shear of 1 slips drop no stress anyway: that number is the case's own.
     if case.case.slip_rule.residual_shear < 1.0 and math.isfinite(friction):
         without_drop = friction if variable in OF_FRICTION else _WITHOUT_DROP.get(variable, math.nan)
     strong = variable in OF_FRICTION and case.case.slip_rule.strength > 0.0
@@ -120,7 +122,8 @@ def deciding(
 def numbers_of_tasks() -> frozenset[str]:
     """Numbers that can be computed on another node spacing."""
     kinds = ("contact", "record", "path", DRIVE)
-    return frozenset().union(*(uncertain_names(KINDS[kind]) for kind in kinds))
+    names = (uncertain_names(KINDS[kind]) for kind in kinds)
+    return frozenset[str]().union(*names)
 
 
 @dataclass
@@ -151,16 +154,21 @@ class _Search:
     def _on(self, factor: float) -> Case | None:
         """The case with nodes this much further apart, about; None where its scheme or settings exclude that, or where the grid
         has a validity flag that the case's own has not: its number would be no measure of the spacing's influence."""
-        own = dict(zip(self.case.labels.names, self.case.values, strict=True))
+        names = self.case.labels.names
+        own = dict(zip(names, self.case.values, strict=True))
         given = dict(self.manifest.fixed)
-        given.update({name: value for name, value in own.items() if value is not None})
+        # What a case leaves open is as the campaign has it.
+        stated = {name: value for name, value in own.items() if value is not None}
+        given.update(stated)
         # All schemes take odd numbers of nodes.
         nodes = 2 * round(self._spaces / factor / 2) + 1
         assert self.case.case is not None
         # A scheme may take only some numbers of nodes, and others only below a limit.
         with suppress(InvalidInput):
             other = make_case({**given, "n_x": nodes})
-            doubts = {*predict_flags(other)} - {*predict_flags(self.case.case)}
+            own_doubts = predict_flags(self.case.case)
+            doubts = {*predict_flags(other)} - {*own_doubts}
+            # Rounding to an odd number may have led back to the case's own grid.
             return other if nodes != self._spaces + 1 and not doubts else None
         return None
 
@@ -175,8 +183,11 @@ class _Search:
         tasks = self._affordable_tasks(other)
         having_number = [task for _, task in tasks if self.variable in uncertain_names(KINDS[task.kind])]
         last = having_number[-1]
-        wanted = [task for _, task in tasks if task is last or task.kind == "record"]
-        stored = [self.kept.find(task.key) for task in wanted] if self.kept else []
+        every = [task for _, task in tasks]
+        wanted = [task for task in every if task is last or task.kind == "record"]
+        stored: list[TaskResult | None] = []
+        if self.kept:
+            stored = [self.kept.find(task.key) for task in wanted]
         results = [result for result in stored if result]
         if len(results) < len(wanted):
             expected = sum(estimate(task)[0] for _, task in tasks)
@@ -199,7 +210,8 @@ class _Search:
     def _affordable_tasks(self, other: Case) -> list[tuple[str, Task]]:
         """Tasks of as many members as the case has if they take no longer than allowed, else of FEWEST."""
         own = self.manifest.ensemble
-        tasks = self._tasks(other, Ensemble(max(own.likely, FEWEST), places=own.places))
+        members = max(own.likely, FEWEST)
+        tasks = self._tasks(other, Ensemble(members, places=own.places))
         expected = sum(estimate(task)[0] for _, task in tasks)
         if (self.rate or 1.0) * expected <= self.most:
             return tasks
@@ -219,16 +231,20 @@ class _Search:
         # Members whose records are the same are one start, of which no mean has a ±.
         one_start = any(bool(alike_starts(record)[0]) for record in records)
         error = math.nan if one_start else float(known.uncertainty[0]) * unit
-        return replace(found, value=float(known.mean[0]) * unit, error=error)
+        value = float(known.mean[0]) * unit
+        return replace(found, value=value, error=error)
 
     def _tasks(self, other: Case, ensemble: Ensemble) -> list[tuple[str, Task]]:
-        drives = {"": self.drive.dimensionless(self.manifest.scales)} if self.drive else {}
+        drives = {}
+        if self.drive:
+            drives[""] = self.drive.dimensionless(self.manifest.scales)
         return scene_tasks(self.manifest, other, drives, ensemble, (self.variable,))
 
     def _unit(self, number: Quantity) -> float:
         """Factor from the solver's unit of the number to that of the dataset."""
         assert self.case.case is not None
-        return factors(self.case.case, self.manifest.scales, self.drive)[number.per]
+        by_measure = factors(self.case.case, self.manifest.scales, self.drive)
+        return by_measure[number.per]
 
 
 def _as_row(result: TaskResult) -> dict[str, Floats]:

@@ -49,7 +49,8 @@ class Diagram:
             return pareto_front(time, error)
         marked = np.zeros(len(self.rows), dtype=np.bool_)
         for name in dict.fromkeys(series.tolist()):
-            marked[series == name] = pareto_front(time[series == name], error[series == name])
+            mine = series == name
+            marked[mine] = pareto_front(time[mine], error[mine])
         return marked
 
     def column(self, name: str) -> NDArray[np.generic]:
@@ -62,10 +63,14 @@ def pareto_front(time: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
 
     time, error: shape (points,). Of equal points only the first is marked. A point without time or error (NaN) is not.
     """
-    times, errors = np.asarray(time, float), np.asarray(error, float)
-    known = np.where(np.isnan(times + errors), np.inf, errors)
+    times = np.asarray(time, float)
+    errors = np.asarray(error, float)
+    is_unknown = np.isnan(times + errors)
+    known = np.where(is_unknown, np.inf, errors)
+    # In rising time a point is on the front if its error is below all errors before it.
     order = np.lexsort((known, times))
-    best = np.minimum.accumulate(np.append(np.inf, known[order]))
+    in_order = np.append(np.inf, known[order])
+    best = np.minimum.accumulate(in_order)
     on_front = np.zeros(times.shape, dtype=np.bool_)
     on_front[order] = best[1:] < best[:-1]
     return on_front

@@ -112,9 +112,13 @@ def select_scenes(manifest: Manifest, cases: Sequence[CampaignCase], count: int,
     own = manifest.ensemble
     usual_members = min(own.members, USUAL_MEMBERS) if own.members > 1 else USUAL_MEMBERS
     ensemble = Ensemble(members or usual_members, places=own.places)
-    usual = TargetTable(within=0.5).variables(manifest.stages[-1], to_and_fro=not goes_one_way(manifest))
+    # Any target has these variables; the error that this one allows is not used.
+    target = TargetTable(within=0.5)
+    usual = target.variables(manifest.stages[-1], to_and_fro=not goes_one_way(manifest))
     variables = own.of or (OF_LOOPS if manifest.paths and not drives else usual)
-    return Scenes(manifest, tuple(evenly(possible, count)), dict(evenly(drives, count)), ensemble, variables)
+    selected = tuple(evenly(possible, count))
+    pulled = dict(evenly(drives, count))
+    return Scenes(manifest, selected, pulled, ensemble, variables)
 
 
 OF_LOOPS: Final = ("loss_per_cycle", "turn_friction")
@@ -181,7 +185,9 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
         done = {key: entry for key, entry in done.items() if entry[0].kind == "compliance"}
         whole, seconds_of_whole = _computed(scenes, campaign_case.case, scenes.drives, done)
         for effect, case, drives, problem in _left_out(scenes, campaign_case.case):
-            fewer, its_seconds = (whole, seconds_of_whole) if problem else _computed(scenes, case, drives, done)
+            fewer, its_seconds = whole, seconds_of_whole
+            if not problem:
+                fewer, its_seconds = _computed(scenes, case, drives, done)
             for place, result in fewer.items():
                 variable, drive = place
                 where = f"{number}, drive {drive}" if drive else f"{number}"
@@ -193,6 +199,7 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
                     failed[f"case {where}: {ended.ending}: {ended.message}"] = None
                 elif problem:
                     changes[effect, variable].append(Change(where, problem=problem))
+                # Tasks of one key are one computation: such a number does not depend on the effect.
                 elif result.key != before.key:
                     changes[effect, variable].append(_change(where, variable, result, before))
             seconds[effect].append((its_seconds, seconds_of_whole))
@@ -234,9 +241,11 @@ def scene_tasks(
         record = record_task(case, ensemble)
         batches = all_batches(case, record.ensemble)
         tasks += [("", task) for task in (*batches, record)]
-    critical = manifest.outputs.critical and bool({*names} & quantities(CriticalVelocity).keys())
+    is_asked_for = bool({*names} & quantities(CriticalVelocity).keys())
+    critical = manifest.outputs.critical and is_asked_for
     asked = {"scalars_only": True, "fitted": manifest.outputs.fit, "critical": critical}
-    tasks += [(label, drive_task(case, drive, ensemble, **asked)) for label, drive in drives.items()]
+    for label, drive in drives.items():
+        tasks.append((label, drive_task(case, drive, ensemble, **asked)))
     compliance = compliance_task(case.slab)
     is_needed = any(compliance.key in task.needs for _, task in tasks)
     return [("", compliance), *tasks] if is_needed else tasks
@@ -286,12 +295,15 @@ def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -
     values_without = np.array(without.scalars.get(key, unknown), float)
     # Members come down at the same places in both: their differences scatter less than the numbers.
     difference = mean_of(values_without - values)
+    # No change is a share of a mean of 0.
     mean = abs(float(mean_of(values).mean)) or math.nan
     ended = without.outcome.naming("duration")
     problem = ""
     if ended != whole.outcome:
         problem = ended.message if ended.ok else f"{ended.ending}: {ended.message}"
-    return Change(where, float(difference.mean) / mean, float(difference.uncertainty) / mean, problem)
+    change = float(difference.mean) / mean
+    uncertainty = float(difference.uncertainty) / mean
+    return Change(where, change, uncertainty, problem)
 
 
 def _means(
@@ -305,10 +317,13 @@ def _means(
             if own:
                 finite = [each for each in own if math.isfinite(each.change)]
                 known = sorted(finite, key=lambda each: each.change)
-                without, whole = map(sum, zip(*seconds[effect.name], strict=True))
+                pairs = zip(*seconds[effect.name], strict=True)
+                without, whole = map(sum, pairs)
                 problems = tuple(f"case {each.where}: {each.problem}" for each in own if each.problem)
+                # Where every change is unknown, the first one stands for all.
                 ranked = tuple(known or own[:1])
-                yield Influence(effect.name, effect.setting, variable, ranked, without / whole, problems)
+                share = without / whole
+                yield Influence(effect.name, effect.setting, variable, ranked, share, problems)
 
 
 T = TypeVar("T")
@@ -318,6 +333,7 @@ def measure_time(run: Callable[[], T], repeats: int = 1) -> tuple[T, float]:
     """Result of `run`, and the shortest of its processor times in s."""
     shortest = float("inf")
     for _ in range(repeats):
+        # Processor time: what else runs on the machine does not lengthen it.
         start = time.process_time()
         result = run()
         shortest = min(shortest, time.process_time() - start)

@@ -37,7 +37,8 @@ from nanoslip.study.results.store import write_files
 
 def machine() -> dict[str, str]:
     """The processor and the software that times are measured with."""
-    software = {name: value for name, value in asdict(here()).items() if value != UNKNOWN}
+    facts = asdict(here()).items()
+    software = {name: value for name, value in facts if value != UNKNOWN}
     return {"processor": model(), "system": platform.system(), **software}
 
 
@@ -62,7 +63,10 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
     rows: list[Row] = []
     for knob, cases in _knob_cases(case, effort).items():
         readings = [(value, *_measure_starts(each, setup, effort)) for value, each in cases]
-        rows += [_row(knob, value, seconds, reading, readings[-1][2]) for value, seconds, reading in readings]
+        # The last value of each knob is the reference of the others.
+        truth = readings[-1][2]
+        for value, seconds, reading in readings:
+            rows.append(_row(knob, value, seconds, reading, truth))
     plateau, others = ("plateau", "plateau_difference", "plateau_distance"), ("static", "static_distance", "kinetic")
     return Diagram(
         title="Slip numerics",
@@ -78,7 +82,8 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
 def _measure_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Reading]:
     """Processor time of the first start's record, and the means of the observables over all starts."""
     ensemble, compliance = Ensemble(effort.starts), surface_compliance(case.slab)
-    first, *others = (ensemble.case(case, number) for number in range(effort.starts))
+    members = (ensemble.case(case, number) for number in range(effort.starts))
+    first, *others = members
     record, seconds = measure_time(partial(slide, first, compliance), effort.repeats)
     starts = [record_observables(record, setup)]
     starts += [record_observables(slide(other, compliance), setup) for other in others]
@@ -92,7 +97,10 @@ def _measure_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Re
 def _knob_cases(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
     """Knob -> its values and their cases, the reference last."""
     scheme = case.slab.scheme.name
-    sizes = [(float(size), change_grid(case, n_x=size, scheme=scheme)) for size in effort.record_sizes]
+    sizes = []
+    for size in effort.record_sizes:
+        other = change_grid(case, n_x=size, scheme=scheme)
+        sizes.append((float(size), other))
     floors = []
     for floor in sorted(effort.event_floors, reverse=True):
         rule = replace(case.slip_rule, event_floor=floor)
@@ -102,11 +110,14 @@ def _knob_cases(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]
 
 def record_observables(record: FrictionRecord, setup: Setup) -> dict[str, float]:
     """Observables of a record, and of the setup's drive over it; NaN where there is no plateau."""
-    values = dict.fromkeys(OBSERVABLES, math.nan) | {"step": event_statistics(record).mean_step}
+    values = dict.fromkeys(OBSERVABLES, math.nan)
+    values["step"] = event_statistics(record).mean_step
     plateau = plateau_of(record)
     if plateau.outcome.ok:
-        _, friction = measure_motion(record, plateau, setup.drive.dimensionless(setup.scales))
+        drive = setup.drive.dimensionless(setup.scales)
+        _, friction = measure_motion(record, plateau, drive)
         means = (plateau.mean, friction.static_friction, friction.kinetic_friction)
+        # The last of the observables, the step, needs no plateau.
         values |= dict(zip(OBSERVABLES, means, strict=False))
     return values
 

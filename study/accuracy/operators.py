@@ -4,6 +4,7 @@ The reference of an elastic operator is the finest affordable compliance: the Ga
 grid. It is nanoslip's own; tests/verification show that it converges to the slab of an independent library.
 """
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
@@ -72,8 +73,10 @@ def measure_elastic_operator(setup: Setup, effort: Effort) -> Diagram:
     slab = setup.case.slab
     truth, doubt = _reference(slab, effort, contacts(setup.case, effort))
     # Different words may mean the same grid.
-    grids = dict.fromkeys(each for size in effort.sizes for each in discretizations(slab, size))
-    rows = tuple(row for grid in grids for row in _measured(setup, grid, effort, truth))
+    by_size = (discretizations(slab, size) for size in effort.sizes)
+    grids = dict.fromkeys(itertools.chain.from_iterable(by_size))
+    by_grid = (_measured(setup, grid, effort, truth) for grid in grids)
+    rows = tuple(itertools.chain.from_iterable(by_grid))
     fine = reference_slab(slab, effort.reference_size)
     settings, seconds = ("n_x", "scheme", "rows_per_level", "coarsest_row"), ("seconds", "record_seconds")
     shown = (*settings, *seconds, "error", *OF_OPERATORS, COUPLING)
@@ -86,7 +89,8 @@ def _reference(slab: Slab, effort: Effort, widths: tuple[float, ...]) -> tuple[d
     compliances = (surface_compliance(reference_slab(slab, size)) for size in sizes)
     fine, coarse = (punch_observables(compliance, widths) for compliance in compliances)
     # The change from twice the spacing bounds the error that is left: errors fall at least in proportion to the spacing.
-    return fine, max(_worst(relative_errors(coarse[width], fine[width])) for width in widths)
+    changes = [relative_errors(coarse[width], fine[width]) for width in widths]
+    return fine, max(map(_worst, changes))
 
 
 def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> dict[str, float]:
@@ -97,7 +101,10 @@ def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> 
 
 def punch_observables(compliance: Compliance, half_widths: Iterable[float]) -> dict[float, dict[str, float]]:
     """Half-width of the contact -> observable -> value, dimensionless, at a load of 1e-3 G·L_x·L_y."""
-    return {width: {**_energies(compliance, width), **_contact(compliance, width)} for width in half_widths}
+    observables = {}
+    for width in half_widths:
+        observables[width] = {**_energies(compliance, width), **_contact(compliance, width)}
+    return observables
 
 
 def _energies(compliance: Compliance, half_width: float) -> dict[str, float]:
@@ -105,7 +112,8 @@ def _energies(compliance: Compliance, half_width: float) -> dict[str, float]:
     pressure."""
     even = _elliptic_forces(compliance, half_width)
     # An even pressure moves the surface sideways by an odd amount, on which an even shear would do no work.
-    odd, nothing = even * compliance.x / half_width, np.zeros(len(even))
+    odd = even * compliance.x / half_width
+    nothing = np.zeros(len(even))
     sideways, down = compliance.displacements(np.array([nothing, even]))
     dragged, _ = compliance.displacements(np.array([even, nothing]))
     # Work of a load on its own displacement: ½ fᵀ C f.
@@ -135,13 +143,15 @@ def nodal_forces_of_ball(compliance: Compliance, radius: float) -> Vector:
     places, weights = GAUSS
     middles = np.unique(compliance.x)
     half = 0.5 * (middles[1] - middles[0])
+    # A column that the edge cuts bears load up to the edge alone.
     low = np.clip(middles - half, -radius, radius)
     high = np.clip(middles + half, -radius, radius)
     half_width = 0.5 * (high - low)
     middle = 0.5 * (low + high)
     x = middle[:, None] + half_width[:, None] * places
     # Rounding may put a place of the outermost column beyond the edge.
-    chord = np.sqrt(np.maximum(radius**2 - x**2, 0.0))[..., None]
+    square = np.maximum(radius**2 - x**2, 0.0)
+    chord = np.sqrt(square)[..., None]
     edges = np.append(middles - half, middles[-1] + half)
     y = np.clip(edges, -chord, chord)
     sine = np.zeros_like(y)
@@ -152,7 +162,9 @@ def nodal_forces_of_ball(compliance: Compliance, radius: float) -> Vector:
     across = np.diff(up_to_edge, axis=-1)
     # Columns c, places of Gauss g, rows r: the sum over places is the integral along x.
     columns = np.einsum("cgr,g,c->cr", across, weights, half_width)
-    return np.asarray(1.5 / (np.pi * radius**3) * columns.ravel())
+    # The load's 3/(2πa²), and 1/a of its root.
+    scale = 1.5 / (np.pi * radius**3)
+    return np.asarray(scale * columns.ravel())
 
 
 def nodal_forces(x: Vector, half_width: float) -> Vector:
@@ -176,7 +188,8 @@ def _contact(compliance: Compliance, half_width: float) -> dict[str, float]:
     """Frictionless contact of a parabola, and the lateral stiffness of its stuck nodes."""
     slab, normal_load = compliance.slab, 1e-3
     # Hertz's half-width depends on the product of load and radius: that which goes with one is found as the other.
-    radius = smooth_contact(slab.scheme.LAYOUT).hertz_load(half_width, normal_load, slab.poisson)
+    closed_form = smooth_contact(slab.scheme.LAYOUT)
+    radius = closed_form.hertz_load(half_width, normal_load, slab.poisson)
     case = Case(radius=radius, normal_load=normal_load, slab=slab, initial_contact="frictionless")
     state = initial_contact(case, compliance)
     if not state.outcome.ok:
@@ -198,12 +211,13 @@ def lateral_stiffness(compliance: Compliance, nodes: NDArray[np.int64]) -> float
     # Tangential displacements come first, normal ones behind them.
     rows = np.concatenate((nodes, nodes + compliance.slab.nodes))
     # The load is held by a last row, the sum of all normal forces, whose unknown is the approach.
-    pressed = np.concatenate((np.zeros(m), np.ones(m)))
-    pressed = pressed[:, None]
+    pressed = np.repeat((0.0, 1.0), m)[:, None]
     entries = compliance.entries(rows, rows)
-    bordered = np.block([[entries, pressed], [pressed.T, np.zeros((1, 1))]])
+    corner = np.zeros((1, 1))
+    bordered = np.block([[entries, pressed], [pressed.T, corner]])
     # All nodes move by one along the surface; the normal load changes by nothing.
-    moved = np.concatenate((np.ones(m), np.zeros(m + 1)))
+    moved = np.zeros(2 * m + 1)
+    moved[:m] = 1.0
     forces = np.linalg.solve(bordered, moved)
     return float(forces[:m].sum())
 

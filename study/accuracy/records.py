@@ -54,9 +54,12 @@ def _plateau(case: Case, compliance: Compliance) -> float:
 def measure_records(setup: Setup, effort: Effort) -> Diagram:
     """Members with records of the usual length, lengths with the usual members, and the cylinder beside its ball."""
     most = effort.members[-1]
+    # Slid once, for the largest number of members: fewer members are the first of these.
     usual = plateaus_of_members(setup.case, USUAL, most)
     longest = plateaus_of_members(setup.case, effort.lengths[-1], most)
-    rows = [_row("members", count, usual[:count], longest[:count]) for count in effort.members]
+    rows = []
+    for count in effort.members:
+        rows.append(_row("members", count, usual[:count], longest[:count]))
     # Of the same members: the difference is by their lengths alone.
     few = min(most, USUAL_MEMBERS)
     for length in effort.lengths:
@@ -88,8 +91,10 @@ def as_ball(case: Case) -> Case:
     if "y" in case.slab.layout.AXES:
         return case
     poisson = case.slab.poisson
-    slab = Slab(min(case.slab.n_x, MOST_ACROSS_BALL), poisson=poisson, scheme="half_space")
-    load = smooth_contact(slab.scheme.LAYOUT).hertz_load(estimate_half_width(case), case.radius, poisson)
+    n_x = min(case.slab.n_x, MOST_ACROSS_BALL)
+    slab = Slab(n_x, poisson=poisson, scheme="half_space")
+    half_width = estimate_half_width(case)
+    load = smooth_contact(slab.scheme.LAYOUT).hertz_load(half_width, case.radius, poisson)
     return replace(case, slab=slab, normal_load=load)
 
 
@@ -99,7 +104,8 @@ def _row(knob: str, value: float, found: Sample, truth: Sample) -> Row:
     others, _ = np.array(truth).T
     mean, reference = mean_of(values), mean_of(others)
     # Scatter and offset are independent: their squares add up.
-    off = float(np.hypot(mean.uncertainty, mean.mean - reference.mean))
+    offset = mean.mean - reference.mean
+    off = float(np.hypot(mean.uncertainty, offset))
     # The ball is its own reference, and has no error as such.
     if knob == "dimension" and np.array_equal(values, others):
         off = 0.0

@@ -130,7 +130,8 @@ def make_setup(manifest: Manifest) -> Setup:
         raise ManifestError.of("pin", first.pin, "a parabola, with which accuracy is measured")
     if first.slab.support == "frictionless":
         raise ManifestError.of("support", first.slab.support, remark=POINTLESS)
-    drive = next((each.drive for each in manifest.drives if each.drive), NamedDrive("paper"))
+    drives = (each.drive for each in manifest.drives if each.drive)
+    drive = next(drives, NamedDrive("paper"))
     return Setup(manifest.title, first, drive, manifest.scales)
 
 

@@ -69,7 +69,8 @@ def probe_lengths(manifest_of: ManifestOf, grids: Sequence[int]) -> Iterator[tup
     done: Done = {}
     # First once uncounted: it loads libraries, compiles kernels and computes compliances, which larger grids take no longer for.
     for n_x in grids:
-        compute_tasks(_tasks(manifest_of(n_x, LENGTHS[0]), Ensemble()), done)
+        shortest = _tasks(manifest_of(n_x, LENGTHS[0]), Ensemble())
+        compute_tasks(shortest, done)
     for presliding in LENGTHS:
         fine, coarse = (_sample(manifest_of(n_x, presliding), n_x, presliding, done) for n_x in grids)
         if math.isfinite(fine.scatter + coarse.scatter):
@@ -101,12 +102,16 @@ def _sample(manifest: Manifest, n_x: int, presliding: float, done: Done) -> Samp
     tasks = _tasks(manifest, Ensemble(FEWEST, places=manifest.ensemble.places))
     compute_tasks(tasks, done)
     result, _ = done[tasks[-1][1].key]
-    excess = sum(done[task.key][1] - estimate(task)[0] for _, task in tasks) / (FEWEST * presliding)
+    measured = sum(done[task.key][1] for _, task in tasks)
+    expected = sum(estimate(task)[0] for _, task in tasks)
+    excess = (measured - expected) / (FEWEST * presliding)
     key = scalar_key(NUMBER, result)
-    values = np.array(result.scalars.get(key, [math.nan] * FEWEST), float)
+    no_values = [math.nan] * FEWEST
+    values = np.array(result.scalars.get(key, no_values), float)
     shared = float(result.scalars.get(f"{key}{SHARED_ERROR}", [0.0])[0])
     mean = float(mean_of(values).mean)
-    return Sample(n_x, presliding, mean, float(values.std(ddof=1)) / abs(mean), shared / abs(mean), excess)
+    scatter = float(values.std(ddof=1)) / abs(mean)
+    return Sample(n_x, presliding, mean, scatter, shared / abs(mean), excess)
 
 
 def _tasks(manifest: Manifest, ensemble: Ensemble) -> list[tuple[str, Any]]:

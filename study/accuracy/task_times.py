@@ -18,6 +18,7 @@ def measure_tasks(plan: Plan) -> MeasuredTimes:
     """Compute, for each kind, the longest task that is predicted to take at most a few seconds, and its inputs."""
     places = {task.key: place for place, task in enumerate(plan.tasks)}
     chains: dict[str, list[Task]] = {}
+    # In rising cost, so that of each kind the longest chain that is short enough stays.
     for task in sorted(plan.tasks, key=lambda task: task.cost):
         needed = sorted(places[key] for key in plan.with_needs([task.key]))
         chain = [plan.tasks[place] for place in needed]
