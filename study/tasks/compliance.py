@@ -55,7 +55,9 @@ def result_compliance(result: TaskResult, slab: Slab) -> "SurfaceCompliance":
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return (Wanted(compliance_task(case.slab)),) if case.slab.scheme.count_stored_numbers(case.slab) else ()
+    if not case.slab.scheme.count_stored_numbers(case.slab):
+        return ()
+    return (Wanted(compliance_task(case.slab)),)
 
 
 # Numbers for each node of a slab's grid: its sparse stiffness, copies and products.
@@ -67,6 +69,7 @@ _SQUARE = 12.0
 def _estimate(task: Task) -> Estimate:
     squares = task.slab.n_x**2
     memory = FLOAT * (_NODE * grid_nodes(task.slab) + _SQUARE * squares)
+    # Both directions of each surface node in rows and in columns.
     return Estimate(condensation_seconds(task.slab), memory, 4.0 * squares)
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
@@ -45,7 +45,8 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     # A task that needs one of its own kind takes the scalars of a result that has more.
     if needs and needs[0].kind == task.kind:
         return replace(needs[0], key=task.key, arrays={})
-    origins = stemming((computing_origin(),), *(need.origins for need in needs))
+    of_needs = (need.origins for need in needs)
+    origins = stemming((computing_origin(),), *of_needs)
     return replace(_computed(task, inputs), origins=origins)
 
 
@@ -87,6 +88,15 @@ def _result(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     return TaskResult(task.key, task.kind, outcome, scalars, kept, outcomes)
 
 
+def add_value(members: Iterable[Member], value: object) -> tuple[Member, ...]:
+    """Add a value to each member that has any: a member without values has failed, and this would be its only one."""
+    added = []
+    for member in members:
+        values = (*member.values, value) if member.values else ()
+        added.append(replace(member, values=values))
+    return tuple(added)
+
+
 def compute_members(
     task: Task,
     compute: Callable[[Case, int], Member],
@@ -100,7 +110,8 @@ def compute_members(
     of them are computed, and further ones only for a target. spent: relative error by what members leave out, which
     the target includes. coarse: computes a member on twice the node spacing; its change counts in the target, too.
     """
-    kind, ensemble, members = KINDS[task.kind], task.ensemble, list[Member]()
+    kind, ensemble = KINDS[task.kind], task.ensemble
+    members = list[Member]()
     spacing: SpacingChange | None = None
     sizes = list(ensemble.sizes())
     if there is not None:
@@ -126,8 +137,7 @@ def compute_members(
             break
     if not spacing:
         return tuple(members)
-    # A member without values has failed: a change of its numbers would be the only one.
-    return tuple(replace(member, values=(*member.values, spacing)) if member.values else member for member in members)
+    return add_value(members, spacing)
 
 
 ENOUGH: Final = 0.1
@@ -152,7 +162,8 @@ def spacing_change(task: Task, own: Sequence[Member], compute: Callable[[Case, "
     """
     from nanoslip.solver.elasticity.compliance import surface_compliance  # noqa: PLC0415
 
-    kind, case, members = KINDS[task.kind], double_spacing(task_case(task)), list[Member]()
+    kind, case = KINDS[task.kind], double_spacing(task_case(task))
+    members = list[Member]()
     if case is None:
         return math.nan
     compliance = surface_compliance(case.slab)
@@ -185,7 +196,8 @@ def largest_change(kind: Kind, ensemble: Ensemble, without: Sequence[Member], wh
 
 def _target_values(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[tuple[list[float | int], float]]:
     """Values of the members, and the error that they share, of each number of this kind in an ensemble's target."""
-    scalars, no_values = _scalars(kind, members), [math.nan] * len(members)
+    scalars = _scalars(kind, members)
+    no_values = [math.nan] * len(members)
     pairs = []
     for key, stated in result_quantities(kind).items():
         if stated.name in ensemble.of:
@@ -214,7 +226,8 @@ def member_numbers(
                 continue
             # `arrays` is the first of them: each column is replaced only once it has been read.
             for name in columns:
-                arrays[name] = np.concatenate([one[name] for one in of_members if name in one])
+                parts = [one[name] for one in of_members if name in one]
+                arrays[name] = np.concatenate(parts)
     # An ensemble is usable without its first member, whose arrays are those of a failure then.
     elif len(members) > 1 and not members[0].outcome.usable:
         arrays = {}
@@ -261,9 +274,12 @@ def _sharing(kind: Kind) -> list[tuple[str, Quantity]]:
 
 def _shared_member_error(key: str, quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
     """The error of a mean that all members share; NaN where fewer than two have a value, and where it is not known."""
-    pairs = [(member, value) for member, value in zip(members, values, strict=True) if math.isfinite(value)]
-    having, finite = [member for member, _ in pairs], [value for _, value in pairs]
-    if len(pairs) < 2 or any(key in member.repetitions for member in having):
+    having, finite = list[Member](), list[float]()
+    for member, value in zip(members, values, strict=True):
+        if math.isfinite(value):
+            having.append(member)
+            finite.append(value)
+    if len(having) < 2 or any(key in member.repetitions for member in having):
         return math.nan
     if quantity.shared == "nodes":
         step = math.fsum(member.node for member in having) / len(having)
@@ -271,7 +287,8 @@ def _shared_member_error(key: str, quantity: Quantity, members: Sequence[Member]
     plateaus = [member.plateau for member in having if member.plateau]
     if quantity.shared == "length":
         halves = [member.halves.get(key, math.nan) for member in having]
-        return extreme_error([value - half for value, half in zip(finite, halves, strict=True)])
+        differences = [value - half for value, half in zip(finite, halves, strict=True)]
+        return extreme_error(differences)
     # Known to be none: a number that repetitions decide in some member has been NaN above.
     if quantity.shared == "repetition":
         return 0.0

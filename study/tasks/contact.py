@@ -58,24 +58,28 @@ def contact_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool =
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return (Wanted(contact_task(case, manifest.ensemble, scalars_only=not manifest.outputs.tractions)),)
+    bare = not manifest.outputs.tractions
+    return (Wanted(contact_task(case, manifest.ensemble, scalars_only=bare)),)
 
 
 def _estimate(task: Task) -> Estimate:
     case = task_case(task)
-    return Estimate(task.ensemble.likely * touch_seconds(case), contact_bytes(case), 10.0 * case.slab.nodes)
+    seconds = task.ensemble.likely * touch_seconds(case)
+    return Estimate(seconds, contact_bytes(case), 10.0 * case.slab.nodes)
 
 
 def _compute(task: Task, inputs: Inputs) -> Computed:
     from nanoslip.solver.contact.initial import initial_contact  # noqa: PLC0415
 
     compliance = task_compliance(task, inputs)
-    nodes = SurfaceNodes(np.zeros(len(compliance.x), np.int64), compliance.x)
+    before_all_events = np.zeros(len(compliance.x), np.int64)
+    nodes = SurfaceNodes(before_all_events, compliance.x)
 
     def compute(case: Case, number: int) -> Member:
         state = initial_contact(case, compliance)
         across = RowsOfContact(state.y) if "y" in state.layout.AXES else None
-        return Member((contact_validity(case, state), state, contact_summary(state), nodes, across), state.outcome)
+        values = (contact_validity(case, state), state, contact_summary(state), nodes, across)
+        return Member(values, state.outcome)
 
     return Computed(compute_members(task, compute))
 

@@ -31,16 +31,18 @@ def contacts_task(case: Case, places: Places, contacts: tuple[int, int]) -> Task
 
 def member_batches(member: Case, ensemble: Ensemble) -> Iterator[Task]:
     """The batches of a member of an ensemble."""
-    return (contacts_task(member, ensemble.places, batch) for batch in batches(member.interface.contacts))
+    ranges = batches(member.interface.contacts)
+    return (contacts_task(member, ensemble.places, contacts) for contacts in ranges)
 
 
 def all_batches(case: Case, ensemble: Ensemble) -> tuple[Task, ...]:
     """The batches of all members that are certain to be computed; empty for a case with a single contact."""
     if case.interface.contacts == 1:
         return ()
-    return tuple(
-        task for member in range(ensemble.likely) for task in member_batches(ensemble.case(case, member), ensemble)
-    )
+    tasks: list[Task] = []
+    for member in range(ensemble.likely):
+        tasks += member_batches(ensemble.case(case, member), ensemble)
+    return tuple(tasks)
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
@@ -59,6 +61,7 @@ PORTION: Final = 6.0 * PIECES
 
 def _estimate(task: Task) -> Estimate:
     case, (first, beyond) = task_case(task), task.contacts
+    # One contact slides at a time: its record is added to the portion, and dropped.
     memory = sliding_bytes(case) + record_bytes(case) + 2.0 * FLOAT * PORTION
     return Estimate((beyond - first) * record_seconds(case), memory, PORTION)
 
@@ -66,7 +69,8 @@ def _estimate(task: Task) -> Estimate:
 def _compute(task: Task, inputs: Inputs) -> Computed:
     from nanoslip.solver.sliding.slider import portion  # noqa: PLC0415
 
-    found = portion(task_case(task), task_compliance(task, inputs), *task.contacts, task.ensemble)
+    compliance = task_compliance(task, inputs)
+    found = portion(task_case(task), compliance, *task.contacts, task.ensemble)
     return Computed((Member((found,), found.outcome),))
 
 

@@ -21,7 +21,7 @@ from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study.canonical import CanonicalText, canonical_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.tasks.compliance import compliance_needs, task_compliance
-from nanoslip.study.tasks.compute import compute_members, largest_change
+from nanoslip.study.tasks.compute import add_value, compute_members, largest_change
 from nanoslip.study.tasks.estimates import FLOAT, drive_seconds, estimate_sizes
 from nanoslip.study.tasks.kind import (
     MEMBER,
@@ -162,8 +162,8 @@ class Pulling:
             self.whole.append(member)
         elif self.drive is not task_drive(self.task):
             # Only the target's numbers are known to change by little; all others of such a member are left out.
-            judged = (*self.task.ensemble.of, *quantities(LeftOut), *quantities(SpacingChange, "drive_"))
-            return replace(member, only=judged)
+            about_target = (*quantities(LeftOut), *quantities(SpacingChange, "drive_"))
+            return replace(member, only=(*self.task.ensemble.of, *about_target))
         return member
 
     def coarse_member(self, case: Case, compliance: "Compliance") -> Member:
@@ -174,7 +174,8 @@ class Pulling:
     def motion(self, number: int) -> DynamicsResult | None:
         """The motion over a member's record with all effects; None if it has none, or one that ended too early."""
         case = self.task.ensemble.case(task_case(self.task), number)
-        member = self._pull(case, self.records[number], task_drive(self.task))
+        drive = task_drive(self.task)
+        member = self._pull(case, self.records[number], drive)
         return member.part(DynamicsResult) if member.outcome.usable else None
 
     def _leave_out(self) -> None:
@@ -184,11 +185,12 @@ class Pulling:
             return
         # What is spared is no effect of a contact that is pulled over itself: any member's case serves.
         case = task_case(self.task)
+        records = self.records[:PAIRS]
         for effect in SPARED:
             if not effect.there(everything):
                 continue
             without = effect.without(everything)
-            fewer = [self._pull(case, recorded, without) for recorded in self.records[:PAIRS]]
+            fewer = [self._pull(case, recorded, without) for recorded in records]
             error = largest_change(KIND, ensemble, fewer, self.whole)
             # Half of the target stays for the starts.
             if error <= 0.5 * (ensemble.within or 0.0):
@@ -227,7 +229,8 @@ class Pulling:
                 halves = {"critical_velocity": critical_of_half.critical_velocity}
         # A longer drive would settle, unless it ended for another reason than its duration.
         longer = bool(count.unsettled) and ending_parameter(motion, drive) == "duration"
-        outcome = coefficients.outcome.adding(Outcome(Ending.COMPLETED, count.unsettled, longer))
+        remark = Outcome(Ending.COMPLETED, count.unsettled, longer)
+        outcome = coefficients.outcome.adding(remark)
         values = (coefficients, fit, count, critical, motion, no_legs())
         repetitions = repetition_numbers(motion, count, plateau)
         return Member(values, outcome, plateau=plateau, halves=halves, repetitions=repetitions)
@@ -247,7 +250,8 @@ class Pulling:
             strokes = measure_strokes(record, plateau, drive, pull)
         except SolverError as error:
             return Member((), error.outcome)
-        return Member((strokes.motion, strokes.loops, strokes.legs), strokes.outcome, plateau=plateau)
+        values = (strokes.motion, strokes.loops, strokes.legs)
+        return Member(values, strokes.outcome, plateau=plateau)
 
 
 def repetition_numbers(motion: DynamicsResult, count: StickSlipCount, plateau: Plateau) -> tuple[str, ...]:
@@ -286,10 +290,7 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
     members = compute_members(task, pulling.member, there, lambda: pulling.left_out.left_out_error, coarse)
     # What was left out is decided among members, so that their values get it last.
     if task.ensemble.within is not None:
-        left_out = pulling.left_out
-        members = tuple(
-            replace(member, values=(*member.values, left_out)) if member.values else member for member in members
-        )
+        members = add_value(members, pulling.left_out)
     return Computed(members)
 
 

@@ -37,16 +37,20 @@ def drive_observables_task(case: Case, drive: Drive, ensemble: Ensemble, numbers
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     numbers = own_numbers("drive_observables", manifest)
     task = partial(drive_observables_task, ensemble=manifest.ensemble, numbers=numbers)
-    return tuple(Wanted(task(case, drive), label) for label, drive in drives.dimensionless_drives(manifest))
+    pulls = drives.dimensionless_drives(manifest)
+    return tuple(Wanted(task(case, drive), label) for label, drive in pulls)
 
 
 def _estimate(task: Task) -> Estimate:
     again, reading = drives.KIND.estimate(task), estimate_reading(task)
-    return Estimate(again.seconds + reading.seconds, task.ensemble.likely * again.memory + reading.memory)
+    # The motions of all members are there at once, as functions get them together.
+    memory = task.ensemble.likely * again.memory + reading.memory
+    return Estimate(again.seconds + reading.seconds, memory)
 
 
 def _compute(task: Task, inputs: Inputs) -> Computed:
-    pulling, arguments = drives.Pulling(task, inputs), list[Arguments | None]()
+    pulling = drives.Pulling(task, inputs)
+    arguments = list[Arguments | None]()
     for number, (record, _) in enumerate(pulling.records):
         motion = pulling.motion(number)
         arguments.append(None if motion is None else (record, motion))

@@ -118,6 +118,7 @@ def estimate_sizes(case: Case) -> Sizes:
     least = rule.event_floor * min(slab.spacing, STRETCHES * presliding)
     # Share of its shear that a node loses in a slip.
     lost = max(1.0 - rule.residual_shear, 1e-6)
+    # Never 0: numbers of events are lengths over it.
     step = max(lost * presliding / (EVENTS * nodes), least, 1e-300)
     length = presliding_length(limit, stiffness)
     reach = extend_record(case, length, farthest(case, length) / step)
@@ -125,7 +126,9 @@ def estimate_sizes(case: Case) -> Sizes:
         reach = min(reach, off_the_slab(case))
     most = float(case.max_events or MOST_EVENTS)
     # In Coulomb sliding a node is touched and one released in each spacing; all come to slide first.
-    events = 2.0 * nodes + slab.rows * reach / slab.spacing if is_coulomb else reach / step
+    events = reach / step
+    if is_coulomb:
+        events = 2.0 * nodes + slab.rows * reach / slab.spacing
     return Sizes(hertz, nodes, across, stiffness, presliding, step, reach, most, min(events, most))
 
 
@@ -151,7 +154,9 @@ def path_length(case: Case) -> tuple[int, float, float]:
 
 def _followed_in_row(case: Case, across: float) -> float:
     """Nodes in a window with this many in contact; a rough pin may meet any node."""
-    return case.slab.n_x if case.heterogeneity.roughness else across + 2.0 * margin(case.slab.n_x)
+    if case.heterogeneity.roughness:
+        return case.slab.n_x
+    return across + 2.0 * margin(case.slab.n_x)
 
 
 def _followed_on_plane(case: Case, across: float) -> float:
@@ -159,7 +164,8 @@ def _followed_on_plane(case: Case, across: float) -> float:
     of its roughness."""
     rough = float(np.ptp(make_image(case.heterogeneity.roughness).height))
     # A sphere rises by x²/2R: to twice the range h of the roughness within x = 2√(Rh), a diameter of 4√(Rh).
-    width_of_roughness = 4.0 * (case.slab.n_x - 1) * math.sqrt(case.radius * rough)
+    spaces = case.slab.n_x - 1
+    width_of_roughness = 4.0 * spaces * math.sqrt(case.radius * rough)
     diameter = math.hypot(across, width_of_roughness) + 2.0 * RINGS
     return case.slab.layout.nodes_of_width(diameter)
 
@@ -173,7 +179,8 @@ _FOLLOWED: Final[dict[type[Layout], Callable[[Case, float], float]]] = {
 
 def _tableau_entries(case: Case) -> float:
     """Entries of a row of the tableau: both directions of all nodes that are followed, and the load."""
-    followed = _FOLLOWED[case.slab.scheme.LAYOUT](case, estimate_sizes(case).across)
+    count_followed = _FOLLOWED[case.slab.scheme.LAYOUT]
+    followed = count_followed(case, estimate_sizes(case).across)
     return 2.0 * min(followed, case.slab.nodes) + 1.0
 
 
@@ -201,7 +208,8 @@ def touch_seconds(case: Case) -> float:
     """Seconds of initial contact that nothing follows."""
     # Fourier transforms of n nodes take n log n.
     if case.contact_by_convolution:
-        return TASK + STEP * case.slab.nodes * math.log2(case.slab.nodes)
+        on_surface = case.slab.nodes
+        return TASK + STEP * on_surface * math.log2(on_surface)
     nodes = estimate_sizes(case).hertz_nodes
     # Inverses of few sets, at the speed of a product of matrices.
     if "y" in case.slab.layout.AXES and case.initial_contact != "gradual":
@@ -254,7 +262,9 @@ def drive_steps(drive: Drive, case: Case) -> float:
     way = drive.stage_velocity * duration
     sizes = estimate_sizes(case)
     # The limit of an interface is that of all its contacts together, in so many pieces over the whole record.
-    teeth = way * PIECES / sizes.reach if case.interface.contacts > 1 else way / sizes.step
+    teeth = way / sizes.step
+    if case.interface.contacts > 1:
+        teeth = way * PIECES / sizes.reach
     step: float | None = getattr(drive.integrator, "time_step", None)
     if step:
         return duration / step
@@ -314,7 +324,8 @@ def sliding_bytes(case: Case) -> float:
     sliding = _tableau_entries(case) if case.effects.pin_translation else estimate_sizes(case).nodes
     entries = max(_touch_entries(case), sliding)
     # Without coupling a compliance that is a matrix is made anew.
-    is_copied = case.effects.pin_translation and not (case.effects.coupling or case.slab.scheme.endless)
+    is_kept = case.effects.coupling or case.slab.scheme.endless
+    is_copied = case.effects.pin_translation and not is_kept
     whole = unknowns * (unknowns if is_copied else _FIELDS)
     return FLOAT * (_systems(case) * entries**2 + whole)
 

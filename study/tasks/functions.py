@@ -76,7 +76,8 @@ def _finite_or_nan(given: Any) -> float:
 
 def describe_error(error: BaseException, number: Observable) -> str:
     """Kind and text of an error, and the line of the user's file where it arose; the same in every process."""
-    kind, text = type(error).__name__, _ADDRESS.sub("0x…", str(error))
+    kind = type(error).__name__
+    text = _ADDRESS.sub("0x…", str(error))
     frames = traceback.extract_tb(error.__traceback__)
     # The innermost line of the user's file: frames below it are in numpy, those above it in this program.
     lines = [frame.lineno for frame in frames if frame.filename == number.file]

@@ -272,7 +272,8 @@ def column_length_name(sample: str) -> str:
 
 def member_column(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArray[Any]:
     """A member's column along a dimension."""
-    whole, rows = result.arrays[name], result.scalars.get(column_length_name(sample))
+    whole = result.arrays[name]
+    rows = result.scalars.get(column_length_name(sample))
     # Without lengths the column is the first member's alone.
     if rows is None:
         return whole
@@ -332,7 +333,8 @@ class PartContents(NamedTuple):
 
     def is_held(self, names: Collection[str]) -> bool:
         """True if any of these names is of this part."""
-        return any(name in names for name in (*self.scalars, *self.columns, *self.undeclared))
+        own = (*self.scalars, *self.columns, *self.undeclared)
+        return any(name in names for name in own)
 
 
 @lru_cache(maxsize=64)
@@ -371,7 +373,8 @@ def as_declared(result: TaskResult) -> TaskResult:
     if not parts and result_names(kind) and result.outcome.ok:
         raise ValueError("completed without numbers")
     if members:
-        declared: set[str] = set().union(*(part.scalars for part in parts))
+        scalars = (part.scalars for part in parts)
+        declared = set[str]().union(*scalars)
         # Sorted, as sets have another order in each process, and results the same bytes.
         missing = sorted(declared - result.scalars.keys())
         if missing:
@@ -389,7 +392,8 @@ def _member_count(result: TaskResult) -> int:
     if result.members:
         counts.add(len(result.members))
     # What comes from a file may be anything that JSON can hold.
-    plain = all({*map(type, column)} <= {int, float, bool} for column in columns)
+    types = [{*map(type, column)} for column in columns]
+    plain = all(found <= {int, float, bool} for found in types)
     if not plain or len(counts) > 1 or 0 in counts:
         raise ValueError("scalars that are not one number of each member")
     return max(counts) if result.scalars else 0
@@ -406,7 +410,8 @@ def _require_arrays(kind: Kind, parts: Iterable[PartContents], members: int, res
     if not arrays:
         return
     for part in parts:
-        missing = (part.columns.keys() | part.undeclared) - arrays.keys() - scalars.keys()
+        own = part.columns.keys() | part.undeclared
+        missing = own - arrays.keys() - scalars.keys()
         if missing:
             raise ValueError(f"without {', '.join(sorted(missing))}")
         # Without lengths all columns along a dimension are as long as the first one.

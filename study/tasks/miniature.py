@@ -44,7 +44,8 @@ def compiling_shape(case: Case | None) -> dict[str, object]:
 
 
 def small_case(task: Task) -> Case:
-    """A small case that runs the kernels of a task's. Raises InvalidInput if its choices go with no small one."""
+    shape = compiling_shape(task_case(task))
+    return Case.of({**NUMBERS, **compiling_choices(task), **shape})
     return Case.of({**NUMBERS, **compiling_choices(task), **compiling_shape(task_case(task))})
 
 
@@ -52,8 +53,10 @@ def make_record(key: str) -> TaskResult:
     """A record for drives: it rises, then falls by a tenth again and again."""
     events, ramp, step = 300, 100, 1e-6
     before = step * np.minimum(np.arange(1.0, events + 1), ramp)
-    short, counts = np.zeros(events, np.int32), np.ones(events, np.int64)
-    sizes: dict[str, Any] = dict.fromkeys(("node", "releases", "touches", "extent"), short)
+    short = np.zeros(events, np.int32)
+    counts = np.ones(events, np.int64)
+    unused = ("node", "releases", "touches", "extent")
+    sizes: dict[str, Any] = dict.fromkeys(unused, short)
     record = FrictionRecord(
         displacement=step * np.arange(1.0, events + 1),
         force_before=before,
@@ -78,5 +81,6 @@ def make_record(key: str) -> TaskResult:
         final_force=0.9 * before[-1],
         outcome=COMPLETED,
     )
-    numbers = member_numbers(KINDS["record"], (Member((plateau_of(record), record)),))
+    member = Member((plateau_of(record), record))
+    numbers = member_numbers(KINDS["record"], (member,))
     return TaskResult(key, "record", COMPLETED, *numbers)

@@ -16,13 +16,15 @@ from nanoslip.study.tasks.task import Inputs, Task, task_case, task_key
 def observables_task(case: Case, ensemble: Ensemble, numbers: tuple[Observable, ...]) -> Task:
     """One's own numbers of the friction records of a case's members."""
     record = record_task(case, ensemble)
-    key = task_key("observables", record.key, *[each.identity for each in numbers])
+    identities = [each.identity for each in numbers]
+    key = task_key("observables", record.key, *identities)
     needs = (record.key,)
     return Task(key, "observables", case.slab, case, observables=numbers, ensemble=record.ensemble, needs=needs)
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return (Wanted(observables_task(case, manifest.ensemble, own_numbers("observables", manifest))),)
+    numbers = own_numbers("observables", manifest)
+    return (Wanted(observables_task(case, manifest.ensemble, numbers)),)
 
 
 def estimate_reading(task: Task) -> Estimate:
@@ -32,14 +34,16 @@ def estimate_reading(task: Task) -> Estimate:
 
 
 def _compute(task: Task, inputs: Inputs) -> Computed:
-    records = [record for record, _ in member_records(inputs[task.needs[0]])]
+    result = inputs[task.needs[0]]
+    records = [record for record, _ in member_records(result)]
     return evaluate_members(task, [(record,) if record.outcome.usable else None for record in records])
 
 
 def evaluate_members(task: Task, arguments: list[Arguments | None]) -> Computed:
     """One's own numbers of members, whose outcomes are those of their records and drives: here all complete."""
     found = evaluate(task.observables, arguments)
-    return Computed((Member((), found.outcome),) * len(arguments), scalars=found.scalars)
+    members = (Member((), found.outcome),) * len(arguments)
+    return Computed(members, scalars=found.scalars)
 
 
 KIND: Final = Kind(

@@ -42,24 +42,31 @@ def path_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = Fa
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return (Wanted(path_task(case, manifest.ensemble, scalars_only=not manifest.outputs.records)),)
+    bare = not manifest.outputs.records
+    return (Wanted(path_task(case, manifest.ensemble, scalars_only=bare)),)
 
 
 def _estimate(task: Task) -> Estimate:
     """Each leg sets up its contact."""
     case = task_case(task)
     events = _estimate_events(case)
-    seconds = (path_length(case)[0] + 1) * touch_seconds(case) + slide_seconds(case, events)
+    legs, _, _ = path_length(case)
+    seconds = (legs + 1) * touch_seconds(case) + slide_seconds(case, events)
     numbers = 8.0 * events
-    return Estimate(task.ensemble.likely * seconds, sliding_bytes(case) + FLOAT * 3.0 * numbers, numbers)
+    memory = sliding_bytes(case) + FLOAT * 3.0 * numbers
+    return Estimate(task.ensemble.likely * seconds, memory, numbers)
 
 
 def _estimate_events(case: Case) -> float:
     """Events on a case's path; a change of the load by itself is as a presliding length."""
     legs, way, _ = path_length(case)
     sizes, loads = estimate_sizes(case), len(case.path.visited_loads)
-    per_length = 1.0 if case.slip_rule.residual_shear == 1.0 else sizes.presliding / sizes.step / sizes.nodes
-    return (way / max(sizes.presliding, 1e-300) + loads) * per_length * sizes.nodes + legs
+    per_length = sizes.presliding / sizes.step / sizes.nodes
+    # In Coulomb sliding each node begins to slide once in a presliding length.
+    if case.slip_rule.residual_shear == 1.0:
+        per_length = 1.0
+    lengths = way / max(sizes.presliding, 1e-300)
+    return (lengths + loads) * per_length * sizes.nodes + legs
 
 
 def _compute(task: Task, inputs: Inputs) -> Computed:
@@ -74,7 +81,8 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
         numbers = (valid, loops_of(path), leg_numbers(path), path_line(path))
         if not path.start.outcome.ok:
             return Member((), path.outcome)
-        return Member(numbers, path.outcome, node=stiffness_of_node(compliance, path.start.contact))
+        node = stiffness_of_node(compliance, path.start.contact)
+        return Member(numbers, path.outcome, node=node)
 
     return Computed(compute_members(task, compute))
 

@@ -84,7 +84,8 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
             record = replace(record, shared=True)
         return (Wanted(record),)
     # The whole record is dropped once all have read it; its scalars are a result of their own, that stays.
-    record = replace(record_task(case, manifest.ensemble), intermediate=True, shared=True)
+    whole = record_task(case, manifest.ensemble)
+    record = replace(whole, intermediate=True, shared=True)
     return Wanted(record), Wanted(record_scalars_task(record))
 
 
@@ -103,7 +104,8 @@ def _estimate(task: Task) -> Estimate:
         return Estimate(0.0, FLOAT * (inputs + numbers), numbers)
     if task.free:
         return Estimate(0.0, 0.0)
-    numbers = members * (PER_EVENT * estimate_sizes(case).events + 2.0 * case.slab.nodes)
+    of_member = PER_EVENT * estimate_sizes(case).events + 2.0 * case.slab.nodes
+    numbers = members * of_member
     seconds = RECORD_SECONDS + record_seconds(case)
     # Members slide one after the other, but all of their records are kept until the last has ended.
     memory = sliding_bytes(case) + members * record_bytes(case)
@@ -151,17 +153,20 @@ def compute_record(case: Case, compliance: "Compliance", places: Ensemble, input
         together = collective(record, plateau, sum_of_contacts.bound, sum_of_contacts.lost)
         values: tuple[object, ...] = (sum_of_contacts.validity, plateau, sum_of_contacts.statistics, record, together)
         halves = numbers_of_half(record, plateau)
-        return Member(values, plateau.outcome.adding(record.outcome), plateau=plateau, halves=halves)
+        outcome = plateau.outcome.adding(record.outcome)
+        return Member(values, outcome, plateau=plateau, halves=halves)
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
     valid = record_validity(case, start, record, end)
     across = RowsOfRecord(record.node_y) if "y" in case.slab.layout.AXES else None
-    values = (valid, plateau, event_statistics(record), record, collective(record, plateau), across)
+    together = collective(record, plateau)
+    values = (valid, plateau, event_statistics(record), record, together, across)
     node = stiffness_of_node(compliance, start.contact) if start.outcome.ok else 0.0
     # A record that failed says why; that it has no plateau follows from it.
     outcome = plateau.outcome if record.outcome.ok else record.outcome
-    return Member(values, outcome, plateau=plateau, node=node, halves=numbers_of_half(record, plateau))
+    halves = numbers_of_half(record, plateau)
+    return Member(values, outcome, plateau=plateau, node=node, halves=halves)
 
 
 def record_of_member(case: Case, compliance: "Compliance", ensemble: Ensemble, number: int) -> FrictionRecord:

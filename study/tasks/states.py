@@ -113,7 +113,8 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
         from nanoslip.solver.elasticity.interior import interior_fields  # noqa: PLC0415
 
         parts = [interior_fields(task.slab, state.nodal_force) for state in states]
-        interior_events = np.repeat(events, [len(part.x) for part in parts])
+        counts = [len(part.x) for part in parts]
+        interior_events = np.repeat(events, counts)
         interior = InteriorFields(**_columns(InteriorFields, parts))
         beside = (InteriorEvents(interior_events), interior)
     event = np.repeat(events, len(states[0].x))

@@ -37,7 +37,8 @@ def _estimate(task: Task) -> Estimate:
 
 
 def _compute(task: Task, inputs: Inputs) -> Computed:
-    return Computed((Member(event_distributions(member_records(inputs[task.needs[0]]))),))
+    records = member_records(inputs[task.needs[0]])
+    return Computed((Member(event_distributions(records)),))
 
 
 KIND: Final = Kind(
