@@ -61,6 +61,7 @@ def error_parts(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
 
 def _start_errors(case: xr.Dataset, name: str, cost: str) -> list[Error]:
     """The part of a number's ± that starts differ in, and the part that they share."""
+    # An error has no share of a number that is 0.
     value = abs(float(case[name])) or math.nan
     error = float(case[f"{name}{UNCERTAINTY}"])
     shared = float(case.get(f"{name}{SHARED_ERROR}", 0.0))
@@ -95,8 +96,9 @@ def error_lines(dataset: xr.Dataset, cost: str = "", most: int = 1, apart: Colle
     shown = [name for name in names if dataset[name].dtype.kind == "f"]
     if len(rows) > most > 1:
         yield f"{most} of {len(rows)} drives, the first to the last:"
+    several = [dim for dim, size in rows.sizes.items() if size > 1]
     for case in each_case(rows, most):
-        label = {dim: case[dim].item() for dim, size in rows.sizes.items() if size > 1}
+        label = {dim: case[dim].item() for dim in several}
         place = label_text(label)
         where = f" ({place})" if place else ""
         for name in shown:

@@ -262,7 +262,8 @@ def _is_plain(letter: str) -> bool:
 def console(stderr: bool = False, unlimited: int = WIDE) -> Console:
     """Standard output or error as a console of rich: as wide as the terminal or COLUMNS, `unlimited` without either."""
     out = Console(stderr=stderr, highlight=False, markup=False)
-    has_columns = os.environ.get("COLUMNS", "").isdigit()  # which rich obeys itself
+    # Rich obeys COLUMNS by itself.
+    has_columns = os.environ.get("COLUMNS", "").isdigit()
     if not (_has_width(out) or has_columns):
         out.width = unlimited
     return out
@@ -280,7 +281,8 @@ def _has_width(out: Console) -> bool:
 def print_table(*tables: Table) -> None:
     """Print tables to standard output, between empty lines."""
     for table in tables:
-        plain_rows = [tuple(map(_escape_controls, row)) for row in (table.header, *table.rows)]
+        lines = (table.header, *table.rows)
+        plain_rows = [tuple(map(_escape_controls, row)) for row in lines]
         header, *rows = plain_rows
         plain_table = replace(table, header=header, rows=tuple(rows))
         # The table has wrapped its lines: rich must not wrap them again at the width of a pipe.

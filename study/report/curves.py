@@ -56,7 +56,8 @@ def inertial_range(case: xr.Dataset) -> tuple[float, float, float] | None:
         return None
     pulled = Accessor(case).trajectory()
     force = pulled["sample_spring_force"]
-    least, most = float(force.min()), float(force.max())
+    least = float(force.min())
+    most = float(force.max())
     # Friction on a stage that goes to and fro has either sign.
     lowest = -holds if _goes_to_and_fro(pulled) else 0.0
     excess = max(most - holds, lowest - least)
@@ -103,13 +104,15 @@ def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = 
     x: (points,), which may turn, as in loops. y: (points,). labels: of x and y, with units. width, height: in
     letters, without axes.
     """
-    points = np.stack((np.asarray(x, float), np.asarray(y, float)))
+    pair = (np.asarray(x, float), np.asarray(y, float))
+    points = np.stack(pair)
     finite = np.isfinite(points).all(axis=0)
     across, up = points[:, finite]
     # A point or an upright line has no extent that could be scaled to the width.
     if len(across) < 2 or np.ptp(across) == 0.0:
         return ""
-    half_dot = float(np.ptp(up)) / (8 * height)  # what is drawn at 0 is written as 0
+    # What is drawn at 0 is written as 0.
+    half_dot = float(np.ptp(up)) / (8 * height)
     top = _end_text(up.max(), half_dot)
     bottom = _end_text(up.min(), half_dot)
     margin = max(len(top), len(bottom))
@@ -138,10 +141,12 @@ def _dots(x: NDArray[np.float64], y: NDArray[np.float64], across: int, down: int
     if height > 0.0:
         row = (y.max() - y) / height * (down - 1)
     # Where both coordinates change, the larger one decides: a step of half a dot then leaves no gap in either.
-    lengths = np.maximum(abs(np.diff(column)), abs(np.diff(row)))
+    changes = np.abs(np.diff((column, row)))
+    lengths = changes.max(axis=0)
     way = np.concatenate(([0.0], np.cumsum(lengths)))
     # The points themselves are among the steps, so that no tip of a tooth falls between two of them.
-    steps = np.append(np.arange(0.0, way[-1], 0.5), way)
+    halves = np.arange(0.0, way[-1], 0.5)
+    steps = np.append(halves, way)
     rows = np.interp(steps, way, row).round().astype(int)
     columns = np.interp(steps, way, column).round().astype(int)
     dots = np.zeros((down, across), np.bool_)
@@ -154,12 +159,14 @@ def _letters(dots: NDArray[np.bool_]) -> list[str]:
     down, across = dots.shape
     cells = dots.reshape(down // 4, 4, across // 2, 2)
     codes = _BLANK + np.einsum("iajb,ab->ij", cells, _DOTS)
-    return ["".join(map(chr, line)) for line in codes.tolist()]
+    lines = codes.tolist()
+    return ["".join(map(chr, line)) for line in lines]
 
 
 def print_lines(lines: Iterable[DrawnLine]) -> None:
     """Plot lines in text, as wide as there is room."""
     width = min(WIDTH, console().width - MARGIN)
     for line in lines:
-        plot = text_plot(line.x, line.y, (line.x_label, line.y_label), width)
+        labels = (line.x_label, line.y_label)
+        plot = text_plot(line.x, line.y, labels, width)
         click.echo(plot)

@@ -53,9 +53,11 @@ def as_json(columns: Sequence[Column], title: str) -> str:
     """
     variables = {column.name: {"units": column.units, "long_name": column.meaning} for column in columns}
     values = [map(_json, column.values) for column in columns]
-    objects = (dict(zip(variables, row, strict=True)) for row in zip(*values, strict=True))
+    table = zip(*values, strict=True)
+    objects = (dict(zip(variables, row, strict=True)) for row in table)
     # A row a line, as a file of many cases is to be read by programs that go line by line, and by eye.
-    rows = ",\n".join(json.dumps(entry, ensure_ascii=False) for entry in objects)
+    lines = (json.dumps(entry, ensure_ascii=False) for entry in objects)
+    rows = ",\n".join(lines)
     head = json.dumps({"title": title, "variables": variables}, ensure_ascii=False)
     return f'{head[:-1]},\n"rows": [\n{rows}\n]}}\n'
 
@@ -181,8 +183,10 @@ def theme_svg(svg: str) -> str:
     lights = "".join(f"--{name}:{light};" for light, name, _ in colors)
     darks = "".join(f"--{name}:{dark};" for _, name, dark in colors)
     style = f"svg{{{lights}fill:var(--ink)}}@media(prefers-color-scheme:dark){{svg{{{darks}}}}}"
-    style += "#patch_1 path{fill:none!important}"  # the page's own background
-    start = svg.index("<svg")  # an XML declaration inside a page is an error
+    # Where nothing is drawn the page's own background shows.
+    style += "#patch_1 path{fill:none!important}"
+    # An XML declaration inside a page is an error.
+    start = svg.index("<svg")
     head, _, rest = svg[start:].partition(">")
     return f"{head}><style>{style}</style>{rest}"
 

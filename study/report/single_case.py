@@ -51,8 +51,9 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
     for name in sorted(map(str, case.data_vars), key=lambda name: (*SHOWN, name).index(name)):
         if (names and name not in names) or case[name].dims or name in _SAID_APART:
             continue
+        # A ±, a count of members and a size in SI are shown with their variable.
         if name.endswith((UNCERTAINTY, "members", "_si")):
-            continue  # ±, count of members and size in SI are shown with their variable
+            continue
         value = format_scalar(case, name, 6)
         if value == NOTHING:
             others.setdefault("not known here", []).append(name)
@@ -85,8 +86,9 @@ def ending_lines(case: xr.Dataset, brief: bool = False, names: Collection[str] =
         () all.
     """
     for label, (ended, why) in read_endings(case).items():
+        # Its message is about numbers of this one drive, which were not asked for.
         if label == "drive" and ended == COMPLETED and CRITICAL in case:
-            continue  # its message is about numbers of this one drive, which were not asked for
+            continue
         if not brief or (why and ended not in _failures(case)):
             yield ": ".join(filter(None, (label, ended, why)))
     yield from variables.own_messages(case)
@@ -108,7 +110,8 @@ def answer(case: xr.Dataset) -> str:
 def answer_numbers(case: xr.Dataset) -> str:
     """A case's friction, regime and plateau in a line; for a contact its half-width, for loops their loss and
     stroke."""
-    numbers = [_answer_number(case, name, value) for name, value in answer_values(case).items()]
+    values = answer_values(case).items()
+    numbers = [_answer_number(case, name, value) for name, value in values]
     if "cycle_stroke" in case and math.isfinite(case["cycle_stroke"].item()):
         numbers.append(_stroke_words(case))
     if _has_stroke(case):
@@ -198,8 +201,9 @@ def answer_values(case: xr.Dataset) -> dict[str, str]:
         names = substitutes[:1]
     texts = {name: format_scalar(case, name, 4) for name in names}
     values = {name: text for name, text in texts.items() if text != NOTHING}
+    # The plateau is the same number as kinetic friction.
     if "kinetic_friction" in values:
-        values.pop("plateau_mean", None)  # which is the same
+        values.pop("plateau_mean", None)
     return values
 
 
@@ -213,7 +217,8 @@ def _critical_condition(case: xr.Dataset) -> Iterator[str]:
 def start_range(case: xr.Dataset, name: str) -> Iterator[str]:
     """Range of a critical velocity over single starts, as a single machine would show it, and the reason if starts
     have none."""
-    words = {word: count for word, count in search_results(case, name) if word != "found"}
+    results = search_results(case, name)
+    words = {word: count for word, count in results if word != "found"}
     failures = Counter(words)
     if "drive_ensemble" in read_groups(case):
         starts = read_run(case, "drive_ensemble", {})[0]
@@ -238,7 +243,8 @@ def _si_size(case: xr.Dataset, name: str, unit: str, error: xr.DataArray | None 
     # Numbers of a case with several pins are over the load of all of them.
     scale = float(si_factor(scales, unit, total_load(case, scales)))
     size_error = None if error is None else error.item() * scale
-    return compact(case[name].item() * scale, as_written(MEASURES[unit]), size_error)
+    size = case[name].item() * scale
+    return compact(size, as_written(MEASURES[unit]), size_error)
 
 
 def _meaning_and_unit(number: xr.DataArray) -> tuple[str, str]:

@@ -180,7 +180,9 @@ def each_case(rows: CaseRows, most: int) -> list[xr.Dataset]:
     """Scalars of at most `most` rows, in their order; finished cases come before unfinished ones."""
     outcomes = [ending.name for ending, *_ in variables.OUTCOMES.values()]
     endings = [name for name in outcomes if name in rows.root]
-    waiting = np.any([rows.values(name) == PENDING for name in endings], axis=0)
+    pending = [rows.values(name) == PENDING for name in endings]
+    waiting = np.any(pending, axis=0)
+    # Stable: the finished rows keep their order, and so do the others.
     finished_first = np.argsort(waiting, kind="stable")
     shown = np.sort(finished_first[:most])
     scalars = [name for name in rows.root.data_vars if rows.has(str(name))]
@@ -238,8 +240,12 @@ def _shared_flags(dataset: xr.Dataset) -> tuple[int, bool]:
     others."""
     if variables.VALIDITY.name not in dataset:
         return 0, False
-    masks = dataset[variables.VALIDITY.name].values.astype(np.int64).ravel()
-    shared = int(np.bitwise_and.reduce(masks)) if len(masks) > 1 else 0
+    flags = dataset[variables.VALIDITY.name].values
+    masks = flags.astype(np.int64).ravel()
+    # A single case shares its flags with nobody.
+    shared = 0
+    if len(masks) > 1:
+        shared = int(np.bitwise_and.reduce(masks))
     return shared, bool((masks & ~shared).any())
 
 
@@ -502,8 +508,9 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
         hurt, remarked = _outcome_mask(outcomes, missed), _outcome_mask(outcomes, lacking)
         messages = rows.values(message.name).tolist()
         for ending, kind, alike in _ending_groups(rows, run):
+            # A remark on numbers that nobody requested is no advice.
             if ending in _UNHURT and not asked:
-                continue  # a remark on numbers that nobody requested is no advice
+                continue
             failed = remarked if ending in _UNHURT else hurt
             numbers = [number for number in alike if failed[number] == asked]
             if numbers and ending and (kind or ending not in _UNHURT):
@@ -554,7 +561,8 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
     for name in ("drive_outcome", "regime"):
         if name not in dataset or dataset[name].size <= FEW:
             continue
-        words = filter(None, dataset[name].values.ravel().tolist())
+        values = dataset[name].values.ravel()
+        words = filter(None, values.tolist())
         tally = Counter(words)
         counts = ", ".join(f"{count} {hyphenate(word)}" for word, count in tally.most_common())
         if counts:
