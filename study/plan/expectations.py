@@ -62,7 +62,8 @@ class Outlook(NamedTuple):
 
 def plan_outlook(plan: Plan) -> Outlook:
     """The outlook of a plan."""
-    kinds, masks, spans = task_kinds(plan.manifest), list[int](), list[float]()
+    kinds = task_kinds(plan.manifest)
+    masks, spans = list[int](), list[float]()
     for case in (each.case for each in plan.cases):
         if not case:
             masks.append(0)
@@ -78,7 +79,8 @@ def plan_outlook(plan: Plan) -> Outlook:
             of_path = encode_flags(predict_flags(case, farthest))
             mask |= of_path & ~Flag.short_record.mask
         masks.append(mask)
-    return Outlook(masks, min(spans, default=math.inf), max(spans, default=0.0))
+    shortest = min(spans, default=math.inf)
+    return Outlook(masks, shortest, max(spans, default=0.0))
 
 
 # Validity flags of a campaign's cases in words: one line for each flag, on the terminal and in the report.
@@ -105,13 +107,15 @@ def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> dict[str, s
 
 def flag_prediction_lines(plan: Plan, outlook: Outlook) -> list[str]:
     """Expected flags of a plan's cases before a run, refused cases excluded."""
-    lines = list(flag_lines(outlook.masks, partial(_words, plan)).values())
+    by_flag = flag_lines(outlook.masks, partial(_words, plan))
+    lines = list(by_flag.values())
     pairs = zip(plan.cases, outlook.masks, strict=True)
     flagged = [point.case for point, mask in pairs if mask and point.case]
     widths = [guess_half_width(case) for case in flagged]
     if lines:
         # Most flags are of a contact that is too wide or too narrow: its width says by how much.
-        ends = dict.fromkeys(f"{end:.2g}" for end in (min(widths), max(widths)))
+        extremes = (min(widths), max(widths))
+        ends = dict.fromkeys(f"{end:.2g}" for end in extremes)
         scales, si = plan.manifest.stated_scales, ""
         if scales:
             lengths = [width * scales.slab_width for width in widths]
@@ -120,7 +124,8 @@ def flag_prediction_lines(plan: Plan, outlook: Outlook) -> list[str]:
     steep = [number for number, point in enumerate(plan.cases) if point.case and may_create_energy(point.case)]
     if steep and "slip" in plan.manifest.stages:
         count = f"{len(steep)} of {len(plan.cases)} cases"
-        where = ", first ".join(filter(None, (count, _words(plan, steep[0]))))
+        parts = (count, _words(plan, steep[0]))
+        where = ", first ".join(filter(None, parts))
         lines.append(f"{DOWNHILL.ending.value}: {where}: {DOWNHILL.message}")
     return [*lines, *out_of_reach(plan).values()]
 
@@ -168,7 +173,8 @@ class _Pulls(NamedTuple):
         """True (n, d) for drives that never pull as hard as friction holds."""
         friction = self.weight * self.share
         # The share is infinite where nothing can slip: such a case is refused or flagged for that alone.
-        return np.isfinite(self.share)[:, None] & (self.pull < friction[:, None])
+        can_slide = np.isfinite(self.share)
+        return can_slide[:, None] & (self.pull < friction[:, None])
 
 
 def _pulls(plan: Plan) -> _Pulls | None:
@@ -204,11 +210,14 @@ def _too_short(plan: Plan) -> str:
     if pulls is None or not pulls.weak.any():
         return ""
     # The first True, case by case: row and column of its place in the flattened array.
-    number, which = divmod(int(pulls.weak.argmax()), len(pulls.drives))
-    drive, weight, share = pulls.drives[which], pulls.weight[number], pulls.share[number]
+    first = int(pulls.weak.argmax())
+    number, which = divmod(first, len(pulls.drives))
+    drive = pulls.drives[which]
+    weight, share = pulls.weight[number], pulls.share[number]
     assert drive.drive is not None
     missing = max(weight * share - pulls.damper[which], 0.0)
-    seconds = missing / pulls.pace[which] if pulls.pace[which] else math.inf
+    rate = pulls.pace[which]
+    seconds = missing / rate if rate else math.inf
     travel = seconds * drive.drive.in_si.stage_velocity
     # In the key that the author gave; a stroke is twice the way from its middle to a turn.
     key, amount, unit, instead = "duration", seconds, "s", ""
@@ -222,7 +231,8 @@ def _too_short(plan: Plan) -> str:
     if math.isfinite(seconds):
         advice = f"needs {key} ≥ {_up(amount):.2g} {unit}{instead}"
     reached = f"reaches F/W = {pulls.pull[which] / weight:.2g}, slips near {share:.2g}"
-    where = ", ".join(filter(None, [_words(plan, pulls.numbers[number]), drive.label]))
+    parts = [_words(plan, pulls.numbers[number]), drive.label]
+    where = ", ".join(filter(None, parts))
     return f"too short to slip: {pulls.weak.sum()} of {pulls.weak.size} drives, first {where}: {reached}: {advice}"
 
 
@@ -263,6 +273,7 @@ _LOOKED_AT: Final = 1000
 def _driven(plan: Plan) -> Iterator[tuple[int, Case, CampaignDrive, Drive]]:
     """Number of a case, the case, and a drive in SI and dimensionless: some drives of some cases, spread over all."""
     scales, drives = plan.manifest.scales, plan.manifest.drives
+    # Every so many, as neighbours differ in the last axis alone.
     drive_step = max(1, len(drives) // _LOOKED_AT)
     some = [pull for pull in drives[::drive_step] if pull.drive]
     in_both_units = [(pull, pull.drive.dimensionless(scales)) for pull in some if pull.drive]
@@ -289,12 +300,14 @@ def _too_many_steps(plan: Plan, times: float = 1.0) -> str:
     # A drive that ends after some slips ends long before.
     driven = [entry for entry in _driven(plan) if entry[-1].max_slips is None]
     steps = np.array([drive_steps(drive, case) for _, case, _, drive in driven])
-    many = steps > times * np.array([drive.step_limit for *_, drive in driven], float)
+    limits = np.array([drive.step_limit for *_, drive in driven], float)
+    many = steps > times * limits
     if not many.any():
         return ""
     worst = int(np.where(many, steps, 0.0).argmax())
     number, _, pull, _ = driven[worst]
-    where = ", ".join(filter(None, [_words(plan, number), pull.label]))
+    parts = [_words(plan, number), pull.label]
+    where = ", ".join(filter(None, parts))
     needs = f"needs about {steps[many].max():.1g} segments (to a factor of {ROUGH_STEPS:g}): {FEWER_STEPS}"
     ends = "may end" if times < ROUGH_STEPS else "ends"
     return f"{ends} at step_limit: {many.sum()} of {many.size} drives looked at, worst {where}: {needs}"
@@ -336,7 +349,9 @@ def _longest_way_time(drive: Drive) -> float:
 def _up(value: float) -> float:
     """The next number of two digits."""
     # Upwards, so that the value that a message advises is enough once it is rounded.
-    digit = 10.0 ** (math.floor(math.log10(value)) - 1) if value > 0.0 else 1.0
+    digit = 1.0
+    if value > 0.0:
+        digit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return math.ceil(value / digit) * digit
 
 

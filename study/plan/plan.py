@@ -48,7 +48,9 @@ def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:
 def evenly(found: Sequence[Some], count: int) -> list[Some]:
     """Select `count` items of a sequence, or all, evenly spread from the first to the last."""
     last = len(found) - 1
-    places = np.linspace(0, last, min(count, len(found))).round().astype(int)
+    # Rounded positions from 0 to the last: both ends are among them.
+    size = min(count, len(found))
+    places = np.linspace(0, last, size).round().astype(int)
     return [found[place] for place in places]
 
 
@@ -194,7 +196,8 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
 def make_partial_plan(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = lambda _: None) -> Plan:
     """The plan of some cases of a manifest."""
     kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
-    tasks, case_tasks = dict[str, Task](), dict[str, CaseTasks]()
+    tasks = dict[str, Task]()
+    case_tasks = dict[str, CaseTasks]()
     firsts = dict[str, tuple[CampaignCase, str]]()
     for number, case in enumerate(cases, 1):
         requests: list[Wanted] = []
@@ -273,7 +276,8 @@ def drive_outcome(
     if drive.drive is None:
         return drive.outcome
     tasks = plan.case_tasks[case.case_id]
-    outcome = outcomes.get(tasks.get(("drive", drive.label), ""))
+    key = tasks.get(("drive", drive.label), "")
+    outcome = outcomes.get(key)
     # It ended as its case did.
     if outcome and outcome.ending is Ending.NEEDS_FAILED:
         return case_outcome(plan, case, outcomes)
@@ -324,7 +328,8 @@ class KindCount:
 
 def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[Task]) -> dict[str, KindCount]:
     """Kind of task -> count and costs, in the order of stages; without bytes where `tasks` are not estimated."""
-    lost, tried = Counter(task.kind for task in given_up), Counter[str]()
+    lost = Counter(task.kind for task in given_up)
+    tried = Counter[str]()
     seconds: defaultdict[str, float] = defaultdict(float)
     for task in left:
         tried[task.kind] += 1
@@ -336,6 +341,7 @@ def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[
     for kind in filter(every.get, KINDS):
         its = every[kind]
         rest = tried[kind] + lost[kind]
-        memory, disk = max(task.memory for task in its), sum(task.disk for task in its)
+        memory = max(task.memory for task in its)
+        disk = sum(task.disk for task in its)
         found[kind] = KindCount(len(its), len(its) - rest, tried[kind], lost[kind], seconds[kind], memory, disk)
     return found
