@@ -44,7 +44,10 @@ class Attempt:
     @property
     def outcome(self) -> Outcome:
         """Outcome of the task, the same on every machine."""
-        return Outcome(Ending(self.ending), self.message + (ADVICE if self.given_up else ""), cause=self.cause)
+        message = self.message
+        if self.given_up:
+            message += ADVICE
+        return Outcome(Ending(self.ending), message, cause=self.cause)
 
     @property
     def given_up(self) -> bool:
@@ -69,7 +72,8 @@ def lost(out: Path) -> str:
     path = out / FILE
     if files.is_no_file(path):
         return f"{path}: {files.NO_FILE}; {_UNKNOWN}"
-    unsound = [number for number, line in enumerate(files.read_lines(path), 1) if _attempt(line) is None]
+    lines = enumerate(files.read_lines(path), 1)
+    unsound = [number for number, line in lines if _attempt(line) is None]
     if not unsound:
         return ""
     said = "1 line is none" if len(unsound) == 1 else f"{len(unsound)} lines are none"
@@ -99,7 +103,9 @@ def _add(path: Path, record: "Attempt | RunRecord", what: str) -> str:
 
 
 def _line(content: Mapping[str, Any]) -> str:
-    return json.dumps({**content, "checksum": zlib.crc32(json.dumps(content).encode("ascii"))})
+    text = json.dumps(content)
+    checksum = zlib.crc32(text.encode("ascii"))
+    return json.dumps({**content, "checksum": checksum})
 
 
 def _read(line: str, kind: type[Record]) -> Record | None:
@@ -109,7 +115,9 @@ def _read(line: str, kind: type[Record]) -> Record | None:
         del content["checksum"]
         if line != _line(content):
             return None
-        return kind(**{item.name: content[item.name] for item in fields(kind) if item.name in content})
+        # A line of another version: fields that it lacks have their defaults, others are passed over.
+        known = [item.name for item in fields(kind) if item.name in content]
+        return kind(**{name: content[name] for name in known})
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return None
 
@@ -181,6 +189,7 @@ def add_run(out: Path, run: RunRecord) -> str:
 
 def read_runs(out: Path) -> list[RunRecord]:
     """All runs that are written down in a folder, by their begin; lines that no run wrote are passed over."""
-    runs = (_read(line, RunRecord) for line in files.read_lines(out / RUNS_FILE))
+    lines = files.read_lines(out / RUNS_FILE)
+    runs = (_read(line, RunRecord) for line in lines)
     last = {run.run: run for run in runs if run}
     return sorted(last.values(), key=lambda run: (run.begun, run.run))

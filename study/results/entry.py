@@ -105,7 +105,8 @@ def pack_result(result: TaskResult) -> bytes:
     columns = [_pad(array.tobytes("A"), b"\0") for array in arrays.values()]
     body = b"".join((table, *columns))
     meta = _meta_bytes(result.kind, result.outcome, result.origins)
-    head = _HEAD.pack(MARK, key, len(meta), len(table), len(body), zlib.crc32(body))
+    sizes = (len(meta), len(table), len(body))
+    head = _HEAD.pack(MARK, key, *sizes, zlib.crc32(body))
     seal = zlib.crc32(meta, zlib.crc32(head))
     return b"".join((head, _CHECKSUM.pack(seal), meta, body))
 
@@ -113,7 +114,8 @@ def pack_result(result: TaskResult) -> bytes:
 # Kept, as most results have the same description.
 @lru_cache(maxsize=256)
 def _meta_bytes(kind: str, outcome: Outcome, origins: Origins) -> bytes:
-    content = {"kind": kind, **asdict(outcome), "origins": [*map(asdict, origins)]}
+    makers = [*map(asdict, origins)]
+    content = {"kind": kind, **asdict(outcome), "origins": makers}
     return _pad(_json(content), b" ", LEAST)
 
 
@@ -142,7 +144,8 @@ def read_head(file: BinaryIO) -> Head:
     except NO_RESULT:
         said = UNKNOWN
     name = key.decode("ascii", "replace")
-    return Head(name, said, table, numbers, checksum, seal, LEAST + meta_length + numbers)
+    length = LEAST + meta_length + numbers
+    return Head(name, said, table, numbers, checksum, seal, length)
 
 
 def _ours_but_for_its_mark(begin: bytes, file: BinaryIO) -> bool:
@@ -151,6 +154,7 @@ def _ours_but_for_its_mark(begin: bytes, file: BinaryIO) -> bool:
         return False
     meta_length = _HEAD.unpack_from(begin)[2]
     meta = file.read(min(meta_length, _MOST))
+    # Left where it was: the bytes are read once more as what they say they are.
     file.seek(-len(meta), os.SEEK_CUR)
     (seal,) = _CHECKSUM.unpack_from(begin, _HEAD.size)
     head = MARK + begin[len(MARK) : _HEAD.size]
@@ -177,7 +181,8 @@ def unpack_result(head: Head, numbers: Any) -> TaskResult:
         arrays = dict(_arrays(table["arrays"], numbers, head.table))
         members = tuple([Outcome(Ending(ending), *more) for ending, *more in table["members"]])
         kind, outcome, origins = head.meta
-        return as_declared(TaskResult(head.key, kind, outcome, table["scalars"], arrays, members, origins))
+        result = TaskResult(head.key, kind, outcome, table["scalars"], arrays, members, origins)
+        return as_declared(result)
     except NO_RESULT as error:
         raise UnusableResultError(f"{NOT_OURS}: {printable(str(error), LONGEST_REASON)}") from None
 
@@ -186,7 +191,10 @@ def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArr
     for name, kind, shape, fortran in rows:
         dtype = np.dtype(kind)
         count = int(np.prod(shape))
-        found = np.frombuffer(numbers, dtype, count, at) if count else np.empty(0, dtype)
+        found = np.empty(0, dtype)
+        # Of no numbers at all numpy makes no view.
+        if count:
+            found = np.frombuffer(numbers, dtype, count, at)
         found.flags.writeable = False
         yield name, found.reshape(shape, order="F" if fortran else "C")
         at += _round_time(count * dtype.itemsize)
@@ -196,10 +204,12 @@ def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArr
 @lru_cache(maxsize=1024)
 def _meta(text: bytes) -> Meta:
     found = json.loads(text)
-    words = (found["kind"], *(fact for origin in found["origins"] for fact in origin.values()))
+    facts = (fact for origin in found["origins"] for fact in origin.values())
+    words = (found["kind"], *facts)
     if not all(isinstance(each, str) for each in words):
         raise TypeError("no texts")
-    longer, cause = bool(found.get("longer")), found.get("cause", "")
+    longer = bool(found.get("longer"))
+    cause = found.get("cause", "")
     outcome = Outcome(Ending(found["ending"]), found["message"], longer, cause)
     return Meta(found["kind"], outcome, from_data(found["origins"]))
 
@@ -214,7 +224,8 @@ def _json(content: object) -> bytes:
 
 
 def _pad(content: bytes, filling: bytes, before: int = 0) -> bytes:
-    return content + filling * (_round_time(before + len(content)) - before - len(content))
+    length = before + len(content)
+    return content + filling * (_round_time(length) - length)
 
 
 def _round_time(length: int) -> int:
@@ -254,7 +265,8 @@ def read_entry(path: Path) -> TaskResult:
         if head.numbers < MAPPED:
             return unpack_result(head, _numbers(head, file))
         begin = file.tell()
-        return unpack_result(head, np.asarray(np.memmap(file, np.uint8, "r", begin, head.numbers)))
+        numbers = np.memmap(file, np.uint8, "r", begin, head.numbers)
+        return unpack_result(head, np.asarray(numbers))
 
 
 def check_file(path: Path) -> Head:
@@ -365,6 +377,7 @@ class LogWriter:
         try:
             rest = memoryview(entry)
             while rest:
+                # The system may write less than it is asked to.
                 rest = rest[os.write(file, rest) :]
         except OSError:
             # A part of an entry would be damage as soon as the next one follows it.
@@ -384,7 +397,8 @@ class LogWriter:
         # A log has one writer: a forked process begins another one.
         if self._file is None or self._process != os.getpid():
             path = later(self._folder, f"{secrets.token_hex(RANDOM)}{LOGS}")
-            self._file = OpenFile(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL)
+            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL
+            self._file = OpenFile(path, flags)
             self._process, self._synced = os.getpid(), time.monotonic()
         return self._file
 
@@ -394,8 +408,8 @@ def later(folder: Path, name: str) -> Path:
 
     The number that the name may begin with was its place in another folder.
     """
-    numbers = [int(path.name.partition("-")[0]) for path in list_logs(folder)]
-    number = 1 + max(numbers, default=0)
+    numbers = (path.name.partition("-")[0] for path in list_logs(folder))
+    number = 1 + max(map(int, numbers), default=0)
     return folder / f"{number:06d}-{name.rpartition('-')[2]}"
 
 
@@ -460,7 +474,9 @@ def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[LocatedEntr
 
 def _no_torn_end(error: CorruptResultError, end: int | None) -> CorruptResultError:
     """Error for a torn end that has entries after it."""
-    return CorruptResultError(*error.args) if isinstance(error, TornError) and end is not None else error
+    if end is not None and isinstance(error, TornError):
+        return CorruptResultError(*error.args)
+    return error
 
 
 def _next(file: BinaryIO, begin: int) -> int | None:
@@ -526,7 +542,8 @@ class Logs:
             if not (faults := [*unread.values(), *new]):
                 continue
             aside = files.free_name(path)
-            _copy(path, aside, [(fault.begin, fault.end) for fault in faults])
+            parts = [(fault.begin, fault.end) for fault in faults]
+            _copy(path, aside, parts)
             if isinstance(faults[0].error, TornError):
                 self._notice(f"{path}: its end was torn{AGAIN}")
                 with os.fdopen(open_regular(path, os.O_WRONLY), "wb") as file:
@@ -534,7 +551,8 @@ class Logs:
             else:
                 faults.sort(key=lambda fault: fault.begin)
                 ends = [0, *(fault.end for fault in faults)]
-                begins = [*(fault.begin for fault in faults), path.stat().st_size]
+                length = path.stat().st_size
+                begins = [*(fault.begin for fault in faults), length]
                 _copy(path, path, zip(ends, begins, strict=True))
             self._notice(f"{aside}: what was cut out")
 
@@ -546,15 +564,17 @@ class Logs:
     def read(self, place: LocatedEntry) -> TaskResult:
         """The result there. Raises CorruptResultError, FileNotFoundError."""
         head, path, begin = place
-        numbers = os.pread(self._opened(path).number, head.numbers, begin + head.length - head.numbers)
+        end = begin + head.length
+        numbers = os.pread(self._opened(path).number, head.numbers, end - head.numbers)
         try:
             require_whole(head, numbers)
             return unpack_result(head, numbers)
         except UnusableResultError as error:
             self.reject(head)
-            raise UnusableResultError(_damage_text(path, Fault(begin, begin + head.length, error))) from error
+            fault = Fault(begin, end, error)
+            raise UnusableResultError(_damage_text(path, fault)) from error
         except CorruptResultError as error:
-            fault = Fault(begin, begin + head.length, error)
+            fault = Fault(begin, end, error)
             self._unread.setdefault(path, []).append(fault)
             self.places.pop(head.key, None)
             raise CorruptResultError(_damage_text(path, fault)) from error
@@ -595,11 +615,11 @@ class Logs:
 
     def _read_log_tail(self, path: Path) -> list[Fault]:
         """Read the new part of a log, or all of a replaced one; returns damaged parts."""
-        with os.fdopen(
-            open_regular(path), "rb"
-        ) as file:  # of what is opened a network file system asks anew how long it is
+        # Opened first: of an open file a network file system asks anew how long it is.
+        with os.fdopen(open_regular(path), "rb") as file:
             state = os.fstat(file.fileno())
-        seen = self._seen.get(path, _Seen(0, state.st_ino, 0))
+        unread = _Seen(0, state.st_ino, 0)
+        seen = self._seen.get(path, unread)
         if (state.st_size, state.st_ino, state.st_mtime_ns) == seen:
             return []
         end, faults = seen.end, []
@@ -625,7 +645,8 @@ class Logs:
         if self.is_rejected(place.head):
             return
         if place.head.meta is UNKNOWN:
-            fault = Fault(place.begin, place.begin + place.head.length, UnusableResultError(NOT_OURS))
+            end = place.begin + place.head.length
+            fault = Fault(place.begin, end, UnusableResultError(NOT_OURS))
             self._notice(f"{_damage_text(place.path, fault)}{AGAIN}")
             self.reject(place.head)
             return

@@ -50,7 +50,8 @@ def matching(folder: Path, pattern: str) -> list[Path]:
     """Paths in a folder whose names match, in order; none where no folder is. Raises OSError for an unreadable
     file."""
     with suppress(FileNotFoundError, NotADirectoryError):
-        return sorted(folder / name for name in fnmatch.filter(os.listdir(folder), pattern))
+        names = fnmatch.filter(os.listdir(folder), pattern)
+        return sorted(folder / name for name in names)
     return []
 
 

@@ -121,6 +121,8 @@ class Store:
                 stamp = state.st_mtime_ns, state.st_size, state.st_ino
                 if path not in self._checked or self._checked[path][0] != stamp:
                     head = entry.check_file(path)
+                    # Read, too: with right checksums the content may still be of no use to this
+                    # version.
                     entry.read_entry(path)
                     self._checked[path] = stamp, head
                 head = self._checked[path][1]
@@ -161,7 +163,8 @@ class Store:
     def reject(self, key: str) -> None:
         """Have a result count as not finished: this version cannot use it, though its checksums are right."""
         with suppress(FileNotFoundError, CorruptResultError):
-            self._logs.reject(entry.check_file(entry.result_path(self.folder, key)))
+            path = entry.result_path(self.folder, key)
+            self._logs.reject(entry.check_file(path))
         if place := self._logs.find(key):
             self._logs.reject(place.head)
 
@@ -246,7 +249,8 @@ class Lease:
         self._path = out / FILE
         started = time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime())
         owner = {"host": socket.gethostname(), "process": os.getpid(), "started": started, "machine": _machine()}
-        self._text = json.dumps({**owner, "name": secrets.token_hex(8)}).encode("ascii")
+        content = {**owner, "name": secrets.token_hex(8)}
+        self._text = json.dumps(content).encode("ascii")
         self._stop = stop
         self.lost = ""
         """Reason why this run has to stop; empty while it has the lease."""
@@ -290,7 +294,8 @@ class Lease:
             return self._has_link(scratch, self._path)
         last = line[-1]
         if not _has_ended(last, scratch):
-            raise StoreError(_BUSY.format(path=last.path, **_words(_owner(last))))
+            words = _words(_owner(last))
+            raise StoreError(_BUSY.format(path=last.path, **words))
         if not self._has_link(scratch, last.heir):
             return False
         now = self._line()
@@ -321,7 +326,8 @@ class Lease:
             except OSError as error:
                 # A run that is killed meanwhile leaves a lease of nobody, stale in a minute.
                 files.create(path, self._text)
-                print_notice(_NO_LINKS.format(folder=path.parent, why=error.strerror or error))
+                why = error.strerror or error
+                print_notice(_NO_LINKS.format(folder=path.parent, why=why))
         return self._is_ours(path)
 
     def _is_ours(self, path: Path) -> bool:
@@ -345,7 +351,8 @@ class Lease:
             # No answer from the file system; the next look may have one.
             return
         if found:
-            self.lost = _LOST.format(path=self._path, **_words(_owner(found)))
+            words = _words(_owner(found))
+            self.lost = _LOST.format(path=self._path, **words)
         else:
             self.lost = _GONE.format(path=self._path)
         print_notice(self.lost)
@@ -356,7 +363,8 @@ def _read_lease(path: Path) -> _Found | None:
     """Contents of a file; None without one. Raises OSError, StoreError for a folder."""
     try:
         with os.fdopen(open_regular(path), "rb") as file:
-            return _Found(path, file.read(_MOST), os.fstat(file.fileno()).st_mtime_ns)
+            text = file.read(_MOST)
+            return _Found(path, text, os.fstat(file.fileno()).st_mtime_ns)
     except FileNotFoundError:
         return None
     except OSError:
@@ -371,7 +379,8 @@ def _has_ended(found: _Found, clock: Path) -> bool:
     """True if the run that holds a lease has ended; waits until this is certain. clock: a file that dates by the server's
     time."""
     owner = _owner(found)
-    here = owner.get("host") == socket.gethostname() and owner.get("machine") == _machine()
+    same_host = owner.get("host") == socket.gethostname()
+    here = same_host and owner.get("machine") == _machine()
     if here and not files.lives(owner["process"]):
         return True
     # By this machine's own clock, whatever times the file claims.
@@ -383,7 +392,8 @@ def _has_ended(found: _Found, clock: Path) -> bool:
     while age < FRESH and time.monotonic() < patience:
         if not said and age > 2.0 * BEAT:
             said = True
-            print_notice(_WAITING.format(path=found.path, seconds=FRESH - age, **_words(owner)))
+            words, left = _words(owner), FRESH - age
+            print_notice(_WAITING.format(path=found.path, seconds=left, **words))
         time.sleep(BEAT / 5.0)
         again = _read_lease(found.path)
         if again is None or again.text != found.text:
@@ -398,8 +408,10 @@ def _has_ended(found: _Found, clock: Path) -> bool:
 def _age(found: _Found, clock: Path) -> float:
     """Seconds since a lease was touched, by the clock of its file system."""
     with os.fdopen(open_regular(clock), "rb") as file:
+        # Dated by the server that dates the lease, whatever this machine's clock says.
         os.utime(file.fileno())
-        return (os.fstat(file.fileno()).st_mtime_ns - found.touched) / 1e9
+        now = os.fstat(file.fileno()).st_mtime_ns
+        return (now - found.touched) / 1e9
 
 
 def _owner(found: _Found) -> dict[str, Any]:
@@ -468,12 +480,14 @@ def _move(shard: Path, out: Path) -> None:
     store = Store(shard)
     # It mends what a killed run left.
     store.prepare()
+    # In the order of the logs, so that of two results the later one still counts.
     for path in sorted(store.folder.iterdir()):
         os.replace(path, _place(path, out / FOLDER))
     for name in (attempts.FILE, attempts.RUNS_FILE):
         path = shard / name
         with suppress(FileNotFoundError):
-            files.append_lines(out / name, files.read_bytes(path).rstrip(b"\n") + b"\n")
+            lines = files.read_bytes(path).rstrip(b"\n")
+            files.append_lines(out / name, lines + b"\n")
             path.unlink()
     store.folder.rmdir()
 
@@ -483,7 +497,10 @@ def _place(path: Path, results: Path) -> Path:
     if entry.is_name(path.name):
         return entry.later(results, path.name)
     place = results / path.name
-    return files.free_name(place) if path.suffix != entry.ENDING and os.path.lexists(place) else place
+    is_result = path.suffix == entry.ENDING
+    if is_result or not os.path.lexists(place):
+        return place
+    return files.free_name(place)
 
 
 def try_writing(folder: Path) -> None:
