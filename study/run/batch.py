@@ -65,7 +65,8 @@ class Site:
         needs = {}
         for setting in fields(self):
             value = getattr(self, setting.name)
-            needs[setting.name] = _need(setting.name, value, type(setting.default))
+            kind = type(setting.default)
+            needs[setting.name] = _need(setting.name, value, kind)
         if not needs["time"] + needs["warning"] and self.warning >= parse_time_limit(self.time):
             needs["warning"] = f"less than time = {quote_toml(self.time)}"
         wrong = {name: need for name, need in needs.items() if need}
@@ -103,7 +104,9 @@ def parse_time_limit(time: str) -> float:
     numbers = [int(part) for part in parts]
     # After days the first number is hours; alone it is minutes, as before one of seconds.
     has_hours = bool(dash) or len(numbers) == 3
-    hours, minutes, seconds = ([*numbers, 0, 0] if has_hours else [0, *numbers, 0])[:3]
+    # What is not given is 0: hours before minutes, seconds after them.
+    given = [*numbers, 0, 0] if has_hours else [0, *numbers, 0]
+    hours, minutes, seconds = given[:3]
     return 86400.0 * int(days or 0) + 3600.0 * hours + 60.0 * minutes + seconds
 
 
@@ -127,7 +130,8 @@ _FORMS: Final[dict[str, tuple[Callable[[str], bool], str]]] = {
 
 def load_site(path: Path) -> tuple[Site, str]:
     """Site settings and the text of their template. Raises SiteError, with all problems."""
-    names, problems = [item.name for item in fields(Site)], list[Problem]()
+    names = [item.name for item in fields(Site)]
+    problems = list[Problem]()
     try:
         given = from_toml(read_text(path))
         remark = f"unknown; needs one of {', '.join(names)}"
@@ -193,7 +197,8 @@ def array_script(job: Job, shards: int, site: Site, template: str) -> str:
 
 def merge_script(job: Job, site: Site, template: str) -> str:
     """Script of the job after an array that merges the finished results of the shards. Raises SiteError."""
-    return _script(job, replace(site, nodes=1, tasks=1, restarts=0, deaths=0), template, job.shell_command("merge"))
+    alone = replace(site, nodes=1, tasks=1, restarts=0, deaths=0)
+    return _script(job, alone, template, job.shell_command("merge"))
 
 
 def _memory_request(job: Job, site: Site) -> str:
@@ -207,6 +212,8 @@ def _memory_request(job: Job, site: Site) -> str:
 
 def _script(job: Job, site: Site, template: str, run: str, number: str = "%j", shell: str = '"$SLURM_JOB_ID"') -> str:
     """number: of the job, in the name of its log. shell: the same to the shell."""
+    # In a sandbox, as a template may come from another user; strictly, as an empty word in a script
+    # of shell may mean anything.
     environment = SandboxedEnvironment(undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True)
     settings: dict[str, Any] = {item.name: getattr(site, item.name) for item in fields(site)}
     given = {

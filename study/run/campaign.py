@@ -34,17 +34,23 @@ Result = TypeVar("Result")
 
 def part(plan: Plan, shard: Shard) -> Plan:
     """The cases of a shard, and all tasks that they need. Every case is in one of the shards."""
-    needed = {key: plan.with_needs(tasks.values()) for key, tasks in plan.case_tasks.items()}
+    tasks_of_cases = plan.case_tasks.items()
+    needed = {key: plan.with_needs(tasks.values()) for key, tasks in tasks_of_cases}
     costs = {task.key: task.cost for task in plan.tasks}
     users = Counter(key for keys in needed.values() for key in keys)
-    weights = [
-        LEAST_CASE_SECONDS + sum(costs[key] / users[key] for key in sorted(needed[case.case_id])) for case in plan.cases
-    ]
+    weights = []
+    for case in plan.cases:
+        # In the order of keys, as that of a set would give other sums in each process.
+        keys = sorted(needed[case.case_id])
+        # A task that several cases need counts for each of them by its share.
+        shares = [costs[key] / users[key] for key in keys]
+        weights.append(LEAST_CASE_SECONDS + sum(shares))
     blocks = task_blocks(weights, shard.of)
-    cases = tuple(case for case, block in zip(plan.cases, blocks, strict=True) if block == shard.number - 1)
-    keys = {key for case in cases for key in needed[case.case_id]}
+    pairs = zip(plan.cases, blocks, strict=True)
+    cases = tuple(case for case, block in pairs if block == shard.number - 1)
+    keys_of_shard = {key for case in cases for key in needed[case.case_id]}
     case_tasks = {case.case_id: plan.case_tasks[case.case_id] for case in cases}
-    distinct = tuple(task for task in plan.distinct if task.key in keys)
+    distinct = tuple(task for task in plan.distinct if task.key in keys_of_shard)
     return replace(plan, cases=cases, distinct=distinct, case_tasks=case_tasks)
 
 
@@ -82,7 +88,8 @@ def skippable_tasks(
 
 def _read(plan: Plan, finished: Collection[str], given_up: Collection[str]) -> set[str]:
     """Results that a remaining task reads."""
-    tried = plan.possible(plan.remaining(finished), set(given_up) - set(finished))
+    untried = set(given_up) - set(finished)
+    tried = plan.possible(plan.remaining(finished), untried)
     read: set[str] = set()
     for task in tried:
         read.update(task.needs)
@@ -159,11 +166,12 @@ def compute_campaign(
     Raises ShortageError, FarmError, StoreError if no result can be kept any more, UnfinishedError.
     """
     store = Store(journal.out)
-    rest = _remaining_tasks(plan, store, out or journal.out, journal, warn, **again)
+    folder = out or journal.out
+    rest = _remaining_tasks(plan, store, folder, journal, warn, **again)
     if rest.tasks:
         farm.load(len(rest.tasks))
     try:
-        failed = _compute(farm, plan, store, out or journal.out, rest, journal, lease, show)
+        failed = _compute(farm, plan, store, folder, rest, journal, lease, show)
     except (StoreError, ShortageError, FarmError) as error:
         journal.end(INTERRUPTED if isinstance(error, UnfinishedError) else WRONG_INPUT)
         raise
@@ -197,6 +205,7 @@ def _compute(
         raise ShortageError("\n".join(short))
     shown = show(rest, farm.size, read_task_times(journal.out, out))
     if tasks:
+        # Kernels first, in one process: all others would compile the same ones at the same time.
         farm.run([WarmUp(miniatures(tasks))], Watch())
         journal.begin(farm.size, farm.unit)
     # Whatever ends the run from then on is no task: none may be blamed for it by the next run.
@@ -208,6 +217,7 @@ def _compute(
     journal.computed(tally)
     _check_whole(tally, lease)
     farm.settle()
+    # Every process has its results on disk before any of them is looked for.
     store.settle()
     if missing := unseen(tasks, journal.undone, store):
         raise UnfinishedError(missing)
@@ -237,7 +247,8 @@ def unseen(tasks: Sequence[Task], undone: Collection[str], store: Store) -> str:
     missing: list[Task] = []
     for _ in looks():
         there = store.metas()
-        missing = [task for task in tasks if task.key not in undone and task.key not in there]
+        awaited = [task for task in tasks if task.key not in undone]
+        missing = [task for task in awaited if task.key not in there]
         if not missing:
             return ""
     first = f"{len(missing)} of {len(tasks)} results, first that of {missing[0].label} ({missing[0].key})"

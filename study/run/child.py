@@ -151,7 +151,8 @@ class ChildProcess:
         self._last_words = tempfile.TemporaryFile()  # noqa: SIM115  closed with the child
         with theirs:
             files = (theirs.fileno(), self._last_words.fileno())
-            words = [sys.executable, "-c", _START, *map(str, files), *sys.path]
+            descriptors = map(str, files)
+            words = [sys.executable, "-c", _START, *descriptors, *sys.path]
             # By vfork where there is one: a fork would copy what libraries of MPI have registered with the network. In a session
             # of its own: what a task sends to its process group reaches nobody else.
             # The child starts with signals blocked, and then ignores them: none can end it in between.
@@ -379,7 +380,8 @@ class Agent:
             child.stop()
             return self._dead(task, child)
         if done is None and child.ready and child.seconds > task.limit:
-            outcome = Outcome(Ending.TIMED_OUT, _TIMED_OUT.format(task.limit), cause="seconds")
+            message = _TIMED_OUT.format(task.limit)
+            outcome = Outcome(Ending.TIMED_OUT, message, cause="seconds")
             return self._lost(task, child, outcome, again=False)
         if done is not None:
             self._begun = None
@@ -402,7 +404,8 @@ class Agent:
 
     def _lost(self, task: Work, child: ChildProcess, outcome: Outcome, again: bool) -> Done:
         where = Worker(self._number, socket.gethostname())
-        done = Done(task.key, outcome, child.seconds, where, child.last_words(), again, died=True)
+        trace = child.last_words()
+        done = Done(task.key, outcome, child.seconds, where, trace, again, died=True)
         self._begun = None
         self.close()
         print_failure(task, done)

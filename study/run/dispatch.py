@@ -72,7 +72,8 @@ class TaskQueue:
             if needs:
                 self._missing[task.key] = needs
             else:
-                self._ready.append((self._places[task.key], task.key))
+                place = self._places[task.key]
+                self._ready.append((place, task.key))
 
     def __len__(self) -> int:
         """Number of tasks in the queue, ready or not."""
@@ -148,7 +149,10 @@ class MeasuredTimes:
 
     def as_data(self) -> dict[str, list[float]]:
         """The sums, as a journal holds them."""
-        return {kind: [round(each, 6) for each in sums] for kind, sums in self._sums.items()}
+        data = {}
+        for kind, sums in self._sums.items():
+            data[kind] = [round(each, 6) for each in sums]
+        return data
 
     def factor(self, kind: str) -> float:
         """Measured over estimated seconds: of this kind, else of all kinds together; 1 where nothing is measured."""
@@ -324,7 +328,8 @@ def attempt(
 
     def finish(outcome: Outcome, **more: Any) -> Done:
         processor = process_time() - start_of_processor
-        return Done(task.key, outcome, perf_counter() - start, where, processor=processor, **more)
+        seconds = perf_counter() - start
+        return Done(task.key, outcome, seconds, where, processor=processor, **more)
 
     try:
         with watch_progress(report):
@@ -342,7 +347,8 @@ def attempt(
         # Of any exception, also of one whose `str` raises.
         message = "".join(traceback.format_exception_only(error))
         failed = Outcome(ending, message, cause=type(error).__name__)
-        return finish(failed, trace=traceback.format_exc(), again=machine, passing=machine)
+        trace = traceback.format_exc()
+        return finish(failed, trace=trace, again=machine, passing=machine)
     machine = outcome.ending is Ending.OUT_OF_MEMORY
     return finish(outcome, again=machine, passing=machine)
 
@@ -391,7 +397,9 @@ class Ledger:
         at_least_one: take the first task however long it is. Tasks expected to exceed the deadline are skipped in
         this run. A task of unknown duration is tried; otherwise a task longer than any job would never run.
         """
-        left = self._until - time() if self._until < math.inf else math.inf
+        left = math.inf
+        if self._until < math.inf:
+            left = self._until - time()
         taken: list[tuple[Work, float]] = []
         while self.queue.ready and len(taken) < most:
             task = self.queue.take()
@@ -579,8 +587,9 @@ class Dispatcher:
         doing, ledger = self._doing[rank], self._ledger
         if not doing:
             self._heard[rank] = dispatch_time.monotonic()
-        most = max(ledger.queue.ready // (PARCELS * len(self._load)), 1)
-        taken = ledger.take(most, self._lookahead - self._load[rank], at_least_one=not doing)
+        share = ledger.queue.ready // (PARCELS * len(self._load))
+        room = self._lookahead - self._load[rank]
+        taken = ledger.take(max(share, 1), room, at_least_one=not doing)
         doing |= ((task.key, seconds) for task, seconds in taken)
         self._load[rank] += sum(seconds for _, seconds in taken)
         return [task for task, _ in taken]

@@ -62,7 +62,8 @@ def _execute(store: Store, read: Read, task: Task | WarmUp | Settle) -> Outcome:
         return COMPLETED
     if not any(store.folder.is_dir() for _ in looks()):
         raise FileNotFoundError(errno.ENOENT, NOT_THERE, str(store.folder))
-    result = run_task(task, {key: read(key) for key in task.needs})
+    inputs = {key: read(key) for key in task.needs}
+    result = run_task(task, inputs)
     if result.key != task.key:
         raise ValueError(f"a defect: what came of task {task.key} is a result of {result.key}")
     # Another machine, or fewer ranks, may compute the task.
@@ -131,9 +132,11 @@ def tasks_to_do(
     foreign = plan.foreign(finished)
     ours = finished.keys() - foreign.keys() if recompute_foreign else finished
     tasks = plan.remaining(ours)
-    tried = plan.possible(tasks, keys_given_up(failures, retry).difference(ours), failures)
+    untried = keys_given_up(failures, retry).difference(ours)
+    tried = plan.possible(tasks, untried, failures)
     keys = {task.key for task in tried}
-    return Rest(tried, tuple(task for task in tasks if task.key not in keys), foreign)
+    given_up = tuple(task for task in tasks if task.key not in keys)
+    return Rest(tried, given_up, foreign)
 
 
 def keys_given_up(failures: Mapping[str, Attempt], retry: bool = False) -> set[str]:

@@ -153,7 +153,8 @@ class SerialFarm(Farm):
         """Compute the next one, if any: all that waited may have been taken back."""
         if not self._waiting:
             return []
-        task, where = self._waiting.pop(0), dispatch.Worker(0, socket.gethostname())
+        task = self._waiting.pop(0)
+        where = dispatch.Worker(0, socket.gethostname())
         # All but KeyboardInterrupt: a task that calls sys.exit must not end the run.
         survive = (Exception, SystemExit, GeneratorExit)
         done = dispatch.attempt(self._execute(), task, where, survive, self.advance)
@@ -169,7 +170,8 @@ class ProcessFarm(Farm):
     """Processes of this machine, one of each agent: this process hands out, without MPI."""
 
     def __init__(self, agents: Sequence[Agent], grace: float = launch.GRACE) -> None:
-        super().__init__(len(agents), len(agents), launch.Interruption(grace))
+        count = len(agents)
+        super().__init__(count, count, launch.Interruption(grace))
         self.unit = "process" if len(agents) == 1 else "processes"
         self._agents = agents
 
@@ -193,10 +195,13 @@ class ProcessFarm(Farm):
 
     def news(self) -> list[News]:
         """The tasks that have ended; waits a little for one, where none has."""
-        pipes = [agent.pipe for agent in self._agents if agent.busy and agent.pipe]
+        busy = [agent for agent in self._agents if agent.busy]
+        pipes = [agent.pipe for agent in busy if agent.pipe]
         connection.wait(pipes, NEWS_SECONDS)
         # All agents are asked, not only those whose pipe is ready: a child that hangs sends nothing.
-        news: list[News] = [(rank, agent.arrived(), ()) for rank, agent in enumerate(self._agents)]
+        news: list[News] = []
+        for rank, agent in enumerate(self._agents):
+            news.append((rank, agent.arrived(), ()))
         for agent in self._agents:
             underway = agent.take_progress()
             if underway:
@@ -233,7 +238,8 @@ class MPIFarm(Farm):
         self._world = world or mpi.COMM_WORLD
         interruption.end = self._world.Abort
         size = int(self._world.Get_size())
-        super().__init__(size, min(size, launch.processes_here()), interruption)
+        here_too = min(size, launch.processes_here())
+        super().__init__(size, here_too, interruption)
         self._mpi, self._agent = mpi, agent
         self.rank = int(self._world.Get_rank())
         self.root = self.rank == 0
@@ -315,7 +321,8 @@ class MPIFarm(Farm):
                 self._send(0, error)
             if ended:
                 # Half of the work that waits here: rank 0 hears of it before this rank runs out.
-                due = due if done else time.monotonic() + dispatch.lookahead(self.size) / 2.0
+                if not done:
+                    due = time.monotonic() + dispatch.lookahead(self.size) / 2.0
                 done += ended
             underway, now = self._agent.take_progress(), time.monotonic()
             if underway and now >= progress_due:
@@ -394,7 +401,9 @@ def sharing(comm: Any, program: launch.Program) -> Iterator[MPIFarm]:
     from mpi4py import MPI as mpi  # noqa: N811, PLC0415
 
     agent = Agent(program, comm.Get_rank())
-    farm = MPIFarm(mpi, agent, launch.Interruption(launch.GRACE), comm.Dup())
+    interruption = launch.Interruption(launch.GRACE)
+    # A communicator of its own: messages of the program's and of the farm's never meet.
+    farm = MPIFarm(mpi, agent, interruption, comm.Dup())
     if farm.root:
         agent.adopt(here())
     try:
@@ -430,7 +439,8 @@ def open_farm(
         raise FarmError(f"--jobs {jobs} with {other}: leave one of them out")
     if serial:
         return SerialFarm(program.load, grace)
-    agents = [Agent(program, launch.launcher_rank() + number) for number in range(jobs or 1)]
+    first = launch.launcher_rank()
+    agents = [Agent(program, first + number) for number in range(jobs or 1)]
     if launch.launcher_rank() == 0:
         for agent in agents:
             # It starts git, and a process that uses MPI should start no other.
@@ -486,7 +496,9 @@ def _start(mpi: Any) -> None:
     watch.daemon = True
     watch.start()
     # The extension's handle finds the symbols of the library that it was linked with.
-    code = ctypes.CDLL(mpi.__file__).MPI_Init_thread(None, None, mpi.THREAD_FUNNELED, ctypes.byref(ctypes.c_int()))
+    provided = ctypes.byref(ctypes.c_int())
+    initialize = ctypes.CDLL(mpi.__file__).MPI_Init_thread
+    code = initialize(None, None, mpi.THREAD_FUNNELED, provided)
     watch.cancel()
     if code:
         raise RuntimeError(f"MPI_Init_thread returned {code}")
@@ -505,4 +517,6 @@ def _give_up() -> None:
 
 
 def _library(mpi: Any) -> str:
-    return str(mpi.Get_library_version()).split("\n", maxsplit=1)[0].strip("\0 ")
+    first, *_ = str(mpi.Get_library_version()).split("\n", maxsplit=1)
+    # The text may end in zeros, as it stands in its buffer.
+    return first.strip("\0 ")

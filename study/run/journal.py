@@ -49,7 +49,8 @@ class Journal(Watch):
         # Heads alone: it looks for what is kept, which whoever needs the numbers checks.
         self._store = Store(out, whole=False)
         self._shown = Watch()
-        self._command = command or shlex.join(("nanoslip", *sys.argv[1:]))
+        words = ("nanoslip", *sys.argv[1:])
+        self._command = command or shlex.join(words)
         self._notice = lru_cache(None)(print_notice)
         self._run: RunRecord | None = None
         self._failed: set[str] = set()
@@ -94,8 +95,11 @@ class Journal(Watch):
             if self._forgotten:
                 return
             if self._begun is None:
-                self._begun = files.open_regular(self.out / BEGUN, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-            os.write(self._begun, "".join(f"{key}\n" for key in long).encode())
+                flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
+                self._begun = files.open_regular(self.out / BEGUN, flags)
+            # Written to the file itself, without a buffer: what kills the run would take that with it.
+            lines = "".join(f"{key}\n" for key in long)
+            os.write(self._begun, lines.encode())
 
     def forget(self) -> None:
         """Delete the record of tasks in progress: the run ends normally or after a signal."""
@@ -112,11 +116,13 @@ class Journal(Watch):
             self.undone.add(task.key)
         else:
             if task.key in self._failed:
-                self._note(task, Done(task.key, outcome, seconds), final=False)
+                resolved = Done(task.key, outcome, seconds)
+                self._note(task, resolved, final=False)
             self._measured.learn(task, seconds)
             if self._run and (elapsed := time.monotonic() - self._started) >= self._next:
                 self._next = 2.0 * elapsed
-                self._add(replace(self._run, kinds=self._measured.as_data()))
+                so_far = replace(self._run, kinds=self._measured.as_data())
+                self._add(so_far)
         self._shown.ended(task, outcome, seconds)
 
     def advanced(self, task: Any, underway: Underway) -> None:
@@ -131,7 +137,9 @@ class Journal(Watch):
     def kept(self, key: str) -> Outcome | None:
         """Outcome in the store, of a result by this software."""
         meta = self._store.metas().get(key)
-        return None if meta is None or foreign(meta.origins, here()) else meta.outcome
+        if meta is None or foreign(meta.origins, here()):
+            return None
+        return meta.outcome
 
     def computed(self, tally: RunTally) -> None:
         """Record outcomes of its tasks."""
@@ -150,7 +158,8 @@ class Journal(Watch):
     def end(self, code: int) -> None:
         """Write down that it has ended, where it had begun to compute. code: exit code of the command."""
         if self._run:
-            self._add(replace(self._run, ended=_now(), exit_code=code))
+            last = replace(self._run, ended=_now(), exit_code=code)
+            self._add(last)
 
     def _add(self, run: RunRecord) -> None:
         if problem := attempts.add_run(self.out, run):
@@ -176,14 +185,19 @@ class Journal(Watch):
 
 def long_task_keys(out: Path) -> frozenset[str]:
     """Keys of the long tasks that a run had in hand which was killed as a whole."""
-    return frozenset(word for line in files.read_lines(out / BEGUN) for word in line.split())
+    lines = files.read_lines(out / BEGUN)
+    return frozenset(word for line in lines for word in line.split())
 
 
 def read_task_times(*folders: Path) -> MeasuredTimes:
     """Times of finished tasks in the journals of these folders, of runs with this software."""
-    found = {run.run: run for out in dict.fromkeys(folders) for run in attempts.read_runs(out)}
+    # By name, as a run has several lines, of which the last one counts; a folder may be named twice.
+    found: dict[str, RunRecord] = {}
+    for out in dict.fromkeys(folders):
+        found |= {run.run: run for run in attempts.read_runs(out)}
     mine = (here().solver, here().nanoslip_version)
-    return MeasuredTimes(*(run.kinds for run in found.values() if (run.solver, run.nanoslip) == mine))
+    ours = [run for run in found.values() if (run.solver, run.nanoslip) == mine]
+    return MeasuredTimes(*(run.kinds for run in ours))
 
 
 def _now() -> str:

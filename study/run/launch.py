@@ -90,7 +90,9 @@ def cores() -> int:
 
 def computing_environment() -> dict[str, str]:
     """Environment of a process that computes: that of this process with one thread and one arithmetic."""
-    arithmetic = ONE_ARITHMETIC if {"avx2", "fma"} <= set(processor.instructions()) else {}
+    has_haswell = {"avx2", "fma"} <= set(processor.instructions())
+    arithmetic = ONE_ARITHMETIC if has_haswell else {}
+    # What the user has set outweighs the kernel, never the number of threads: sums depend on that.
     return arithmetic | os.environ | ONE_THREAD
 
 
@@ -132,7 +134,8 @@ class Program:
 
     def load(self) -> Callable[[Any], Any]:
         """The function that computes a task. Imports the module."""
-        make: Callable[[Any], Callable[[Any], Any]] = getattr(import_module(self.module), self.name)
+        make: Callable[[Any], Callable[[Any], Any]]
+        make = getattr(import_module(self.module), self.name)
         return make(self.argument)
 
 

@@ -93,7 +93,8 @@ def roughly(seconds: float) -> str:
 
 def to_one_digit(seconds: float) -> str:
     """Seconds as text: `0.05 s`, `3 min`."""
-    _, unit, word = next(row for row in _UNITS if seconds / row[1] < row[0])
+    fitting = (row for row in _UNITS if seconds / row[1] < row[0])
+    _, unit, word = next(fitting)
     # To one digit and then plainly: `.1g` alone would write 4e+01.
     number = float(f"{seconds / unit:.1g}")
     return f"{number:g} {word}"

@@ -28,12 +28,14 @@ from nanoslip.study.tasks.task import Task
 
 def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Small tasks that run every kernel of these tasks; a drive's needs no more than `make_record`."""
+    # One task for each choice of kernels, as numbers decide none.
     unlike = {_kernel_choices(task): task for task in tasks}
     found: dict[str, Task] = {}
     for task in unlike.values():
         # A task that cannot be made small compiles its kernels itself.
         with suppress(InvalidInput):
-            found |= {each.key: each for each in KINDS[task.kind].miniature(task)}
+            small = KINDS[task.kind].miniature(task)
+            found |= {each.key: each for each in small}
     return tuple(found.values())
 
 
@@ -78,10 +80,13 @@ class WarmUp:
                     if others and drives and cores() > 1:
                         beside.append(Agent(task_program(Path(folder)), 0))
                         stack.callback(beside[0].close)
-                        beside[0].give([WarmUp(tuple(drives), alone=True)])
+                        of_drives = WarmUp(tuple(drives), alone=True)
+                        beside[0].give([of_drives])
 
             stack.enter_context(reporting_compilation(begin))
             stack.enter_context(_pausing_collection())
+            # Meanwhile the second process compiles the kernels of drives, which the last line then
+            # loads.
             _compute(others, Path(folder))
             while any(agent.busy for agent in beside):
                 beside[0].arrived()
