@@ -121,8 +121,9 @@ def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
     """The deciding parameters that nobody gave, in a line: `not given, so by default: μ_i = 0.5, k = 200 kN/m`."""
     assert of.case is not None
     decide = _DECIDE["slip" not in manifest.stages :]
-    not_given = {name: value for name, value in of.case.flat.items() if name not in given}
-    values = {name: value for name, value in not_given.items() if name in decide}
+    flat = of.case.flat
+    not_given = [name for name in flat if name not in given]
+    values = {name: flat[name] for name in not_given if name in decide}
     scales = manifest.stated_scales
     sizes = [summary.label_text(values, scales)] if values else []
     stated = from_toml(manifest.text).get("scales", {})
@@ -178,7 +179,8 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:
     middle = possible[len(possible) // 2]
     ids = dataset["case_id"]
     places = np.argwhere(ids.values == middle.case_id)
-    selection = dict(zip(ids.dims, places[0].tolist(), strict=True))
+    place = places[0].tolist()
+    selection = dict(zip(ids.dims, place, strict=True))
     case = dataset.isel(selection).squeeze()
     axes = [name for name in manifest.axes if name in middle.parameters]
     parameters = {name: middle.parameters[name] for name in axes}
@@ -215,6 +217,7 @@ def ranking(
     found = influences_on_case(case, manifest, of, out, most)
     if found is None:
         return None
+    # The number's own errors first, then those of the model that it comes from.
     name, value = found.variable, float(case[found.variable])
     model_errors = _model_errors(case, found, value)
     errors = [*budget.error_parts(case, name, cost), *model_errors]

@@ -61,13 +61,17 @@ def cli() -> None:
 
 def work(command: str, /, **given: object) -> None:
     """Call a function of `nanoslip.study.commands`, "file:function", with the arguments of the command line. Raises Refusal."""
-    pin_arithmetic()  # what is imported now imports numpy, whose libraries read the environment once
-    gc.set_threshold(100_000)  # of 100 000 cases little is garbage: to look for it as often as usual doubles `collect`
-    gc.disable()  # imports make many objects and no garbage
+    # What is imported now imports numpy, whose libraries read the environment once.
+    pin_arithmetic()
+    # Of 100 000 cases little is garbage: to look for it as often as usual doubles the time of `collect`.
+    gc.set_threshold(100_000)
+    # Imports make many objects and no garbage.
+    gc.disable()
     file, _, function = command.partition(":")
     refusals = import_module("nanoslip.study.commands.plans").refusals
     with refusals():
         called = getattr(import_module(f"nanoslip.study.commands.{file}"), function)
+        # What is imported stays until the end: no later collection has to look at it.
         gc.freeze()
         gc.enable()
         called(**given)
@@ -102,7 +106,8 @@ class CampaignPath(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path of the file."""
-        return shipped.campaign_file(Path(os.fsdecode(super().convert(value, param, ctx))))
+        path = super().convert(value, param, ctx)
+        return shipped.campaign_file(Path(os.fsdecode(path)))
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """Files, and the campaigns that come with nanoslip."""
@@ -123,10 +128,12 @@ class NewFile(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path of the file. Raises Refusal."""
-        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        given = super().convert(value, param, ctx)
+        path = Path(os.fsdecode(given))
         if not path.parent.is_dir():
             raise Refusal(f"{path}: cannot be written: there is no folder {path.parent}")
-        if str(path) != "-" and not os.access(path.parent, os.W_OK):  # before what goes into it is computed
+        # Refused before what goes into the file is computed.
+        if str(path) != "-" and not os.access(path.parent, os.W_OK):
             raise Refusal(f"{path}: cannot be written: {os.strerror(errno.EACCES)}")
         return path
 
@@ -599,9 +606,11 @@ def accuracy() -> None:
 def main() -> None:
     """Run the command line and exit."""
     _print_what_can_be_printed()
-    if processes_started() > 1:  # a launcher's pipes have no width
+    # A launcher's pipes have no width.
+    if processes_started() > 1:
         os.environ.setdefault("COLUMNS", f"{_columns()}")
-    atexit.register(gc.freeze)  # searching all modules for cycles before the process ends anyway takes 0.3 s
+    # To search all modules for cycles before the process ends anyway takes 0.3 s.
+    atexit.register(gc.freeze)
     try:
         code = cli.main(prog_name="nanoslip", standalone_mode=False)
     except click.ClickException as error:
@@ -614,7 +623,7 @@ def main() -> None:
     except OSError as error:
         if error.filename is None and error.errno != errno.ENOSPC:
             sys.exit(_report_shortage(error))
-        # a disk that is full, a name too long, a folder that is not ours to read
+        # A disk that is full, a name that is too long, a folder that is not ours to read.
         show(Refusal(f"{error.filename or 'output'}: {error.strerror}"))
         code = WRONG_INPUT
     sys.exit(code or 0)

@@ -60,7 +60,8 @@ def motion_of_drive(case: xr.Dataset) -> xr.Dataset:
         )
     if not case["trajectory_id"].dims and not case["trajectory_id"].item():
         ending, message, *_ = OUTCOMES["drive"]
-        parts = [str(case[each.name].item()) for each in (ending, message) if each.name in case]
+        stated = [each.name for each in (ending, message) if each.name in case]
+        parts = [str(case[name].item()) for name in stated]
         raise ValueError(": ".join(filter(None, ("this drive has no motion to draw", *parts))))
     return Accessor(case).trajectory().load()
 
@@ -77,12 +78,14 @@ def _stage_loops(case: xr.Dataset, attributes: dict[str, object], load: float, r
     later = run["time"].values >= begins[run_in]
     load = float(run[LOAD]) if LOAD in run.coords else load
     spring = math.inf if math.isinf(rig) else float(run["spring_stiffness"])
-    position, force = run["sample_stage"].values[later], run["sample_spring_force"].values[later]
+    position = run["sample_stage"].values[later]
+    force = run["sample_spring_force"].values[later]
     loops = _measure(position, force, load, spring)
     width = _slab_width(attributes)
     numbers = _numbers_of_one_start(run, loops)
     numbers |= _mean_over_starts(run, "loop_energy", "cycle_energy", load * width, "J")
     numbers |= _mean_over_starts(run, "midstroke_friction", "mid_stroke_friction", 1.0, "1")
+    # A number that the computation could not find is none of a measurement of it either.
     if math.isnan(float(run["midstroke_friction"])):
         numbers.pop("mid_stroke_friction", None)
     if math.isfinite(rig):
@@ -161,5 +164,6 @@ def _mean_over_starts(run: xr.Dataset, name: str, measured: str, factor: float, 
         return {}
     members = run.get(f"{name}_members")
     count = 1 if members is None or members.isnull() else int(members)
-    mean, uncertainty = factor * float(run[name]), factor * float(run[error])
+    mean = factor * float(run[name])
+    uncertainty = factor * float(run[error])
     return {measured: Measured(mean, uncertainty, count, unit)}

@@ -46,7 +46,8 @@ def conduct(farm: Farm, campaign: Path, out: Path, shard: Shard | None, **again:
 
 
 def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict[str, bool]) -> int:
-    plan = plan_campaign(campaign)  # what cannot be planned leaves no folder
+    # Before anything is written: what cannot be planned leaves no folder.
+    plan = plan_campaign(campaign)
     load_own_numbers(plan.manifest)
     into = shard.folder(out) if shard else out
     if shard:
@@ -65,7 +66,8 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
         todo = plural(len(rest.tasks), "task")
         _warn(f"{title}: {cases}, {todo} left, {processes} {farm.unit}")
         print_sentences(idle_lines(plan), stderr=True)
-        import_module(_DATASETS)  # while other processes import what they compute with
+        # Imported while other processes import what they compute with.
+        import_module(_DATASETS)
         return open_progress(rest.tasks, console(stderr=True), processes, measured)
 
     journal = Journal(into)
@@ -73,7 +75,8 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
         try:
             store, failed, given_up = compute_campaign(farm, plan, journal, lease, progress, _warn, out, **again)
         except UnfinishedError as error:
-            if not lease.lost:  # else it has been printed
+            # A lost lease has been reported when it was lost.
+            if not lease.lost:
                 _warn(str(error))
             return INTERRUPTED
         pending, kept = 0, ""
@@ -96,7 +99,8 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
         if failed or given_up:
             return FAILURES
         if pending or kept:
-            store.prepare()  # sets aside what could not be read
+            # It sets aside what could not be read.
+            store.prepare()
             journal.end(INTERRUPTED)
             lacking = f"{plural(pending, 'outcome')} pending, though nothing was left to do"
             _warn(f"{lacking if pending else 'not all is there'}: run again to continue")

@@ -51,6 +51,7 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, replace: bool = 
     path = store.folder.parent / file.FILE
     with counting("{} cases collected") as heard:
         collected = collect(plan, store, heard)
+    # Compared before anything is written: a dataset with more finished cases stays where it is.
     lost = [] if replace else losses(path, collected)
     if lost:
         campaign, into = plan.manifest.path, path.parent
@@ -73,7 +74,8 @@ def print_written(manifest: Manifest, store: Store) -> bool:
     path = store.folder.parent / file.FILE
     if is_current_dataset(path, store, dataset_hash(manifest, store)):
         file.require_closed(path)
-        with suppress(StoreError), file.reading(path) as found:  # else it was damaged
+        # A file that cannot be read is damaged, and written anew.
+        with suppress(StoreError), file.reading(path) as found:
             if not count_pending(found):
                 _print(found, path)
                 return True

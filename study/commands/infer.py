@@ -316,7 +316,8 @@ def _announce_first_points(farm: Farm, question: Question, out: Path, points: in
         return
     measured = read_task_times(out)
     time = ""
-    if measured.tasks({task.kind for task in tasks}):  # a time by estimates alone may be off by ten
+    # A time by estimates alone may be off by ten: it is reported once something has been measured.
+    if measured.tasks({task.kind for task in tasks}):
         time = f", {roughly(makespan(tasks, farm.size, measured.seconds))}"
     first = f"{plural(len(tasks), 'task')} at first{time}"
     later = f"then more where it is open what agrees, at most {points} points"

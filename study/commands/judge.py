@@ -116,7 +116,7 @@ def compare_datasets(first: Path, second: Path) -> None:
     """Print differences between two datasets, and exit with the code of the worst one."""
     with refusals(compare.NotComparableError), find_dataset(first) as one, find_dataset(second) as other:
         pair = one, other
-        titles = [one.attrs.get("title", ""), other.attrs.get("title", "")]
+        titles = [root.attrs.get("title", "") for root in pair]
         print_sentences([f"A: {first}, {titles[0]}", f"B: {second}, {titles[1]}"])
         facts = compare.differing(pair)
         if facts:
@@ -183,7 +183,8 @@ def _print_worst(seen: Sequence[compare.Observed]) -> None:
 
 def _row(number: compare.Observed) -> tuple[str, ...]:
     first, second = map(_value_text, number.values)
-    if first == second and isinstance(number.values[0], dict):  # what differs is behind the most frequent word
+    # What differs stands after the most frequent word.
+    if first == second and isinstance(number.values[0], dict):
         first, second = (format_words(value, math.inf) for value in number.values)
     words = {Verdict.DIFFERENT: "beyond", Verdict.NOT_JUDGED: "not known"}
     verdict = words.get(number.verdict, "within")
@@ -203,7 +204,8 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
     """Compute a dataset's cases again, print which differ, and end the process with the exit code for the worst."""
     dataset = dataset / file.FILE if dataset.is_dir() else dataset
     with TemporaryDirectory() as folder, file.reading(dataset) as found:
-        file.check_seal(dataset)  # however large it is
+        # However large it is: opening it checks files up to a size only.
+        file.check_seal(dataset)
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
         failed = verification.failed(plan, found)
@@ -255,6 +257,7 @@ Tasks count as failed if time or memory ran out or a process died, as a new atte
 def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
     """Compute tasks in this process alone; returns an exit code."""
     Store(out).prepare()
+    # In this process: a dataset of a stranger starts none.
     with open_farm(task_program(out), serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
         tally = farm.run(tasks, progress)
     if tally.halt:
@@ -303,7 +306,10 @@ def describe_variables(name: str | None, as_json: bool) -> None:
         entries = [{**asdict(variable), **facts} for variable in described]
         print_json(entries or [{"name": name, **facts}])
     elif name is None:
-        cells = [(variable.name, variable.measure or variable.units, variable.meaning) for variable in described]
+        cells = []
+        for variable in described:
+            unit = variable.measure or variable.units
+            cells.append((variable.name, unit, variable.meaning))
         table = Table(("variable", "unit", "meaning"), tuple(cells), labels=2)
         print_table(table)
     else:

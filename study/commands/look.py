@@ -89,7 +89,8 @@ def try_campaign(
     if stroke:
         typed |= _path_keys(stroke)
     if picture:
-        _draw().shared.file_format(picture)  # what cannot be drawn is better known before it is computed
+        # What cannot be drawn is better known before it is computed.
+        _draw().shared.file_format(picture)
     with refusals(MemoryError), _as_typed():
         search = {"critical": "true"} if critical else {}
         content = make_campaign(typed | search, contact, drive or critical)
@@ -116,7 +117,8 @@ def try_campaign(
         note(line)
     last = "path" if "loss_per_cycle" in case else manifest.stages[-1]
     _show_case(case, found, picture, () if everything else BRIEF[last], answered=True)
-    for line in answer:  # which has scrolled away
+    # Once more, as the first one has scrolled away.
+    for line in answer:
         note(line)
     if endings.keys() & UNDONE:
         sys.exit(FAILURES)
@@ -124,7 +126,8 @@ def try_campaign(
 
 def _drive_outlook(manifest: Manifest) -> Iterator[str]:
     """Report why a drive may have no answer: to be known before minutes are spent on it."""
-    with suppress(InvalidInput):  # the case is refused, and says why
+    # A case that is refused says why by itself.
+    with suppress(InvalidInput):
         for line in out_of_reach(make_plan(manifest)).values():
             yield f"expected: {line}"
 
@@ -192,7 +195,8 @@ def _choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
     if given or quick:
         content |= chosen.content
     longer = [f"n_x = {finer} takes {choices[finer].cost}" for finer in reversed(choices) if finer > n_x]
-    if not quick:  # fewer nodes do not help
+    # Where no grid is quick, fewer nodes do not help: the usual grid stays.
+    if not quick:
         yield f"estimated time: {chosen.cost}"
     elif longer:
         yield f"n_x = {n_x}, for an answer in seconds; {', '.join(longer)}"
@@ -201,7 +205,8 @@ def _choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
     yield _spending_sentence(chosen.spending, samples)
     half = 2 * (n_x - 1) + 1
     if half not in choices:
-        with suppress(ManifestError):  # beyond the largest grid of its scheme
+        # Half the spacing may be beyond the largest grid of its scheme.
+        with suppress(ManifestError):
             yield f"half the node spacing, n_x = {half}, takes {_choice(content, half, samples).cost}"
 
 
@@ -247,7 +252,8 @@ def _probe_grids(content: dict[str, Any], grids: Sequence[int]) -> list[tuple[Sa
     for fine, coarse in itertools.pairwise(grids):
         plan = make_plan(read_probe(fine, LENGTHS[0]))
         if sum(task.cost for task in plan.tasks) <= PROBING * PATIENCE:
-            with suppress(ManifestError):  # a coarse grid that the scheme does not take
+            # A scheme may not take the coarser grid.
+            with suppress(ManifestError):
                 return list(probe_lengths(read_probe, (fine, coarse)))
     return []
 
@@ -255,9 +261,10 @@ def _probe_grids(content: dict[str, Any], grids: Sequence[int]) -> list[tuple[Sa
 def _idle(given: Mapping[str, str], contact: bool) -> Iterator[str]:
     """The parameters that were given and change nothing, as in campaigns, each with the reason."""
     names = names_by_word()
-    known = {names[key]: text for key, text in given.items() if key in names}
+    known = {names[key]: given[key] for key in given if key in names}
     values = {name: number_or_text(text) for name, text in known.items()}
-    with suppress(InvalidInput):  # the case is refused, and says why
+    # A case that is refused says why by itself.
+    with suppress(InvalidInput):
         yield from idle([make_case(values)], values.keys(), contact)
 
 
@@ -478,10 +485,12 @@ def _show_case(
     if inertial:
         least, most, holds = inertial
         alone = f"{least:.3g} to {most:.3g}, is not friction alone: the contact holds {holds:.3g}"
-        stuck = Ending.NO_SLIP.value == case["drive_outcome"].item()  # whose advice is to pull harder
+        # The advice of a pin that does not slip is to pull harder: this one would contradict it.
+        stuck = Ending.NO_SLIP.value == case["drive_outcome"].item()
         advice = "" if stuck else "; lower stage_velocity, spring_stiffness or pin_mass"
         note(f"the spring force over load, {alone}, the rest is inertia and damper{advice}")
-    if lines and not answered:  # it has scrolled away
+    # Once more, as the answer has scrolled away.
+    if lines and not answered:
         note(single_case.answer(case))
 
 
@@ -511,16 +520,19 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
 
 def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
     """Parameters that distinguish a case from the dataset's others; the standard ones always."""
-    sizes = {coordinate.name for coordinate in variables.si_coordinates().values()}  # they have a line of their own
-    names = [str(name) for name, values in case.coords.items() if not values.dims]
+    # Sizes in SI have a line of their own.
+    sizes = {coordinate.name for coordinate in variables.si_coordinates().values()}
+    names = [str(name) for name in case.coords if not case[name].dims]
     parameters = [name for name in names if name not in _NAMES and name not in sizes]
     shown = [name for name in parameters if name in STANDARD or _varies(dataset[name])]
-    if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius
+    # A punch has no radius: its half-width stands there.
+    if "pin" in case and case["pin"].item() == "flat_punch":
         others = [name for name in shown if name not in ("pin", "half_width")]
         shown = ["pin", *("half_width" if name == "radius" else name for name in others)]
     scales = read_scales(dataset.attrs) if is_given_in_si(dataset) else None
     known = [name for name in shown if not case[name].isnull()]
-    return summary.label_text({name: case[name].item() for name in known}, scales)
+    values = {name: case[name].item() for name in known}
+    return summary.label_text(values, scales)
 
 
 def _varies(coordinate: xr.DataArray) -> bool:

@@ -47,7 +47,8 @@ def _finite(value: Any) -> Any:
     if isinstance(value, KindCount):
         value = asdict(value)
     if isinstance(value, Mapping):
-        return {str(key): _finite(entry) for key, entry in value.items()}
+        entries = value.items()
+        return {str(key): _finite(entry) for key, entry in entries}
     if isinstance(value, list | tuple):
         return [_finite(entry) for entry in value]
     if isinstance(value, float) and not math.isfinite(value):
@@ -124,11 +125,12 @@ def drive_lines(manifest: Manifest) -> Iterator[str]:
     """Drives without a stage or without the critical velocity that is asked for, and the default mass of a drive in own units."""
     if manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(manifest.drives_left_out)}'
-    strokes = [each.name for each in manifest.drives if each.drive and each.drive.in_si.stage_stroke is not None]
+    pulls = [each for each in manifest.drives if each.drive]
+    strokes = [each.name for each in pulls if each.drive and each.drive.in_si.stage_stroke is not None]
     if manifest.outputs.critical and strokes:
         names = ", ".join(dict.fromkeys(strokes))
         yield f"no critical velocity, which is that of a stage that goes one way, of drives to and fro: {names}"
-    heavy = [drive for drive in manifest.drives if drive.drive and MASS not in drive.given]
+    heavy = [drive for drive in pulls if MASS not in drive.given]
     if manifest.stated_scales and heavy and heavy[0].drive:
         names = ", ".join(dict.fromkeys(drive.name for drive in heavy))
         yield f"pin_mass = {heavy[0].drive.pin_mass:g} kg by default, of a laboratory's pin: {names}"
@@ -197,6 +199,7 @@ def standing(
         metas |= store.metas()
         failures |= store.failures()
     origins = {key: meta.origins for key, meta in metas.items()}
+    # Of all folders together: a shard that is not merged yet counts as done.
     rest = tasks_to_do(plan, failures, origins)
     measured = measure(plan) if measure else read_task_times(*folders)
     tasks = plan.tasks if sized else plan.distinct

@@ -37,7 +37,8 @@ def list_campaigns(as_json: bool) -> None:
     if as_json:
         campaigns = []
         for name, path in found.items():
-            campaigns.append({"name": name, "title": read_title(path), "file": str(path)})
+            title = read_title(path)
+            campaigns.append({"name": name, "title": title, "file": str(path)})
         plans.print_json(campaigns)
         return
     print_titles(found)
@@ -72,7 +73,8 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
         target /= f"{starter}.toml"
     source = found[starter]
     # The files that a starter names begin with its name: trace.csv, trace_over_load.csv.
-    beside = sorted(path for path in source.parent.glob(f"{source.stem}[._]*") if path != source)
+    named_alike = source.parent.glob(f"{source.stem}[._]*")
+    beside = sorted(path for path in named_alike if path != source)
     copies = {source: target}
     copies |= {path: target.with_name(path.name) for path in beside}
     existing = [str(copy) for copy in copies.values() if copy.exists()]
@@ -178,7 +180,8 @@ def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool
 
 def _print(found: plans.Standing, ranks: int) -> None:
     plan, outlook = found.plan, expectations.plan_outlook(found.plan)
-    head = (plan.manifest.title, *_cases(plan), *_axes(plan), _si_sentence(plan))
+    counts = [*_cases(plan), *_axes(plan)]
+    head = (plan.manifest.title, *counts, _si_sentence(plan))
     print_sentences(head)
     print_sentences([*plans.idle_lines(plan), *expectations.duration_lines(plan)])
     note(f"effects that are off or vary: {', '.join(_effects_not_on(plan)) or 'none'}")
@@ -308,7 +311,8 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
     times = {}
     for number in sorted({1, ranks}):
         times[number] = makespan(found.remaining, number, found.measured.seconds)
-    factors = {kind: found.measured.factor(kind) for kind in found.measured.as_data()}
+    measured = found.measured
+    factors = {kind: measured.factor(kind) for kind in measured.as_data()}
     outlook = expectations.plan_outlook(plan)
     return {
         "title": plan.manifest.title,

@@ -19,15 +19,19 @@ def run_campaign(
 
     shard: compute this part alone, and write no dataset. again: `recompute_foreign` and `retry`, as of `campaign.compute`.
     """
-    if processes_started() == 1:  # of several ranks the root reads it, as all others wait for its answer
-        load_manifest(campaign)  # what is wrong is answered before anything is loaded that computes
+    # Of several ranks the root reads it, as all others wait for its answer.
+    if processes_started() == 1:
+        # What is wrong is answered before anything is loaded that computes.
+        load_manifest(campaign)
     into = results_folder(campaign, out)
     if jobs and jobs > cores():
         note(f"-j {jobs}: {cores()} cores here; more processes than cores are no faster", stderr=True)
     with refusals(FarmError):
-        farm = open_farm(task_program(shard.folder(into) if shard else into), grace, serial, jobs)
+        folder = shard.folder(into) if shard else into
+        farm = open_farm(task_program(folder), grace, serial, jobs)
     with farm:
         if not farm.root:
             farm.leave(farm.serve())
-        root = import_module("nanoslip.study.commands.conduct")  # the other ranks need neither datasets nor a terminal
+        # Imported here: the other ranks need neither datasets nor a terminal.
+        root = import_module("nanoslip.study.commands.conduct")
         farm.leave(root.conduct(farm, campaign, into, shard, **again))

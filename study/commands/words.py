@@ -26,7 +26,8 @@ def show(error: click.ClickException) -> None:
     if launcher_rank() == 0:
         _print(error)
     if processes_started() > 1:
-        time.sleep(LAST_WORDS)  # the end of one rank is that of all, and of what it has not been heard to say
+        # The end of one rank is that of all, and of messages that have not been passed on.
+        time.sleep(LAST_WORDS)
 
 
 def _print(error: click.ClickException) -> None:
