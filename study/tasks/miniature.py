@@ -44,9 +44,9 @@ def compiling_shape(case: Case | None) -> dict[str, object]:
 
 
 def small_case(task: Task) -> Case:
+    """A small case that runs the kernels of a task's. Raises InvalidInput if its choices go with no small one."""
     shape = compiling_shape(task_case(task))
     return Case.of({**NUMBERS, **compiling_choices(task), **shape})
-    return Case.of({**NUMBERS, **compiling_choices(task), **compiling_shape(task_case(task))})
 
 
 def make_record(key: str) -> TaskResult:
