@@ -269,6 +269,7 @@ def deciding_lines(found: Deciding, title: str = "") -> Iterator[str]:
     unit = as_written(variables_by_name()[found.variable].units)
     for spacing in found.computed:
         value = compact(spacing.value, unit, spacing.error)
+        # A pure number takes no prefix.
         if unit == "1":
             value = with_error(spacing.value, spacing.error)
         yield f"{title}with {times(spacing)} the node spacing: {value}"

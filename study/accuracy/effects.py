@@ -110,6 +110,7 @@ def select_scenes(manifest: Manifest, cases: Sequence[CampaignCase], count: int,
         need = "a case and a drive that are possible; nanoslip plan says why none is"
         raise ManifestError.in_file(manifest.path, need)
     own = manifest.ensemble
+    # A change over a single member has no ±.
     usual_members = min(own.members, USUAL_MEMBERS) if own.members > 1 else USUAL_MEMBERS
     ensemble = Ensemble(members or usual_members, places=own.places)
     # Any target has these variables; the error that this one allows is not used.

@@ -177,6 +177,7 @@ def nodal_forces(x: Vector, half_width: float) -> Vector:
     root = np.sqrt(1.0 - s**2)
     # Twice the integral of q: ∫∫q = x·(½ + (s√(1-s²) + asin s)/π) - ∫x q dx.
     share = 0.5 + (s * root + np.arcsin(s)) / np.pi
+    # ∫x q dx from the left end.
     moment = -2.0 * half_width / (3.0 * np.pi) * root**3
     second = x * share - moment
     # By parts: ∫ q·hat_i is the second difference of ∫∫q over the spacing. Beyond both ends its slope is ∫q, the share.

@@ -55,6 +55,7 @@ class Effort:
 POINTLESS: Final = "has no accuracy: what is held at one node gives way without limit as rows get finer"
 
 FULL: Final = Effort(
+    # 2^N + 1 nodes: each surface has the nodes of the one before.
     sizes=(17, 33, 65, 129, 257, 513),
     reference_size=1025,
     record_sizes=(33, 65, 129, 257, 513),
@@ -126,6 +127,7 @@ def make_setup(manifest: Manifest) -> Setup:
     first = case.case
     if first is None:
         raise ManifestError.in_file(manifest.path, remark=f"its first case is no case: {case.outcome.message}")
+    # Operators are judged by elliptic pressures, which a parabola has.
     if first.pin != "parabola":
         raise ManifestError.of("pin", first.pin, "a parabola, with which accuracy is measured")
     if first.slab.support == "frictionless":
@@ -142,6 +144,7 @@ ALIKE_WIDTHS: Final = 1.25
 def contacts(case: Case, effort: Effort) -> tuple[float, ...]:
     """Half-widths of the effort's contacts that are about as wide as a case's own (Hertz), a/L_x."""
     widths = np.geomspace(*effort.half_widths)
+    # Clipped, so that also the narrowest and the widest case find contacts like their own.
     own = np.clip(estimate_half_width(case), widths[0], widths[-1])
     ratios = np.maximum(widths / own, own / widths)
     # To six digits: the last bits of a power are rounding.

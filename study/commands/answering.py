@@ -151,6 +151,7 @@ def critical_words(case: xr.Dataset) -> str:
     tally = case_rows(case, search).tallies(search)[0]
     starts = sum(tally.values())
     results = [f"{_SEARCH[word]} in {count} of {starts} starts" for word, count in tally.items()]
+    # Where all starts agree, their number tells nothing more.
     if len(tally) == 1:
         results = [_SEARCH[word] for word in tally]
     return f"no critical velocity at {spring}: {', '.join(results)}"
@@ -254,6 +255,7 @@ def _model_errors(case: xr.Dataset, found: Deciding, value: float) -> Iterator[b
     if math.isfinite(found.without_drop):
         contact = value
         if found.variable == "static_friction":
+            # What inertia and damper add does not depend on the drop of a slip.
             contact -= float(case.get("static_friction_excess", 0.0))
         share = abs(found.without_drop / contact - 1.0)
         cure = "residual_shear from 0 to 1: nanoslip fit finds it from measured friction"

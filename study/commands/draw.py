@@ -138,6 +138,7 @@ def show_profile(
     if picture:
         write_and_note({picture: _draw_surface(found, shared.file_format(picture))})
     else:
+        # Of an image the row in the middle, as text shows a single line.
         middle = np.atleast_2d(found.height)[len(found.y) // 2]
         line = DrawnLine(1e6 * found.x, 1e9 * middle, "x, in μm", "height, in nm")
         print_lines([line])
@@ -221,6 +222,7 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str | None,
     with refusals(SolverError):
         from nanoslip.study.figures.frames import frames, parse_events, usual_events  # noqa: PLC0415  films need more than pictures
 
+        # Before the campaign is read: a mistyped event is answered at once.
         wanted = parse_events(events) if events else ()
         plan = plan_campaign(campaign)
         case = choose_case(plan.manifest, plan.cases, assignments(parameters))

@@ -96,6 +96,8 @@ def load_own_numbers(manifest: Manifest) -> None:
     Only commands that compute do this; commands that read results never import these files.
     """
     if manifest.observables:
+        # By name, as few campaigns have numbers of their own. A wrong name is refused before a file
+        # is executed.
         import_module("nanoslip.study.dataset.variables").refuse_taken_names(manifest)
         import_module("nanoslip.study.tasks.functions").load_all(manifest)
 

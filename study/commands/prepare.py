@@ -404,7 +404,8 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
     """Write the batch scripts of a campaign; with `submit` hand them to sbatch and end the process."""
     used = site or shipped.folder("slurm") / "site.toml"
     with plans.refusals(SiteError):
-        found = plans.standing(campaign, out)  # what is wrong with it is better known before the queue than after
+        # What is wrong with a campaign is better known before the queue than after it.
+        found = plans.standing(campaign, out)
         settings, template = load_site(used)
         into = _plain(results_folder(campaign, out))
         memory = max(map(expectations.memory_need, found.remaining), default=0.0)
@@ -463,7 +464,8 @@ def _submit(scripts: list[Path]) -> int:
         if done.returncode:
             sys.stdout.write(done.stdout)
             raise Refusal(f"sbatch: exit code {done.returncode}: {whole(path)} was not submitted")
-        number = done.stdout.strip().partition(";")[0]  # before the cluster's name
+        # The number of the job stands before the name of the cluster.
+        number = done.stdout.strip().partition(";")[0]
         note(f"Submitted batch job {number}")
         before = [f"--dependency=afterany:{number}"]
     return 0

@@ -269,6 +269,7 @@ class Accessor:
         run, case = read_run(self._dataset, name, selection)
         dim = f"{name}_node"
         of_nodes = run["event"].values
+        # Nodes follow each other event by event.
         there = list(dict.fromkeys(of_nodes.tolist()))
         if event is not None and event not in there:
             raise KeyError(f"event = {event}: this case has its {name} after events {', '.join(map(str, there))}")

@@ -214,6 +214,8 @@ def _select_scalars(roots: Sequence[xr.Dataset], unshared: bool) -> list[xr.Data
     for root in roots:
         names = [str(name) for name in root.data_vars if name in selection]
         groups = {software: read_groups(root)[software]}
+        # A copy: a selection shares its variables with the original, in whose encoding groups are
+        # noted, too.
         selected.append(carrying(root[names].copy(), groups))
     return selected
 

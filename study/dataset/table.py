@@ -253,6 +253,7 @@ def _choices(part: xr.Dataset, dims: Iterable[str]) -> list[str]:
             along.append(str(name))
     choices = []
     for name in along:
+        # The number of a case in a list is a choice only where no parameter is.
         if name == CASE and len(along) > 1:
             continue
         values = _typed_values(part, name)

@@ -36,6 +36,7 @@ def is_given_in_si(dataset: xr.Dataset) -> bool:
     return read_scales(dataset.attrs) is not None and _gives_sizes(text)
 
 
+# Kept, as every number of a table asks for it.
 @lru_cache(maxsize=64)
 def _gives_sizes(text: str) -> bool:
     tables = [table for name, table in from_toml(text).items() if name not in _APART]

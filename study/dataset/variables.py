@@ -521,12 +521,14 @@ def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantit
     """Mean of a scalar with its ±, as datasets have it. found: scalars of results of the same kind, (results,
     members) each."""
     values = found[name]
+    # One number of all members, which each of them repeats.
     shared = found.get(f"{name}{SHARED_ERROR}", np.zeros_like(values))[:, 0]
     mean, uncertainty, members = mean_of(values, shared)
     # A number of all members together: the result holds its ±.
     if quantity.uncertainty in found:
         uncertainty = found[quantity.uncertainty][:, 0]
         members = found[quantity.members][:, 0].astype(int)
+    # A mean over members of different sorts would belong to none of them.
     if quantity.alike:
         starts = found[quantity.alike]
         are_alike = (starts == starts[:, :1]).all(axis=1)
@@ -644,6 +646,7 @@ def missing_error_reasons(dataset: xr.Dataset, names: Iterable[str]) -> str:
         if not bool(lacking.any()):
             continue
         having, used = member_count_text(dataset, name) or (1, 1)
+        # What other reasons leave: several starts, each with a value.
         several = lacking & (used != 1) & ~(having < used)
         shared = whole.get(f"{name}{SHARED_ERROR}")
         unknown = several & (False if shared is None else shared.isnull())

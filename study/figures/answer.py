@@ -157,7 +157,8 @@ def make_view(points: Points, x: str = "", hue: str = "") -> View:
         signs = _signs(select_points(drawn, roles.held), roles)
     together = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
     caption = f"{capitalize_text(drawn.label)}, {against}.{together}{signs}"
-    name = points.name.replace("/", "_over_")  # the stem of a file
+    # The stem of a file, in which a slash would begin a folder.
+    name = points.name.replace("/", "_over_")
     return View(name, caption, draw, points.columns)
 
 

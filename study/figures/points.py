@@ -350,6 +350,7 @@ def read_points(dataset: xr.Dataset, name: str, over: str = "", where: Selection
     # Nothing states which part of a ratio's error members share.
     shared = "" if over else f"{stored}{SHARED_ERROR}"
     members, lacking = _member_counts(dataset, rows, stored)
+    # Axes are in SI if the campaign is given so.
     step = [name if name in axes else f"{name}{variables.SI}" for name in axes_in_step(dataset)]
     # The border is drawn on maps of regimes only.
     critical = CRITICAL if name == "regime" else ""

@@ -63,6 +63,7 @@ def is_scattered(points: Points) -> bool:
     """True if the cases fill so little of the product of their coordinates that there are no lines to draw."""
     counts = axis_sizes(points)
     product = math.prod(counts.values())
+    # Along a single coordinate any design is a line.
     return len(counts) > 1 and len(points.values) < FILLED * product
 
 

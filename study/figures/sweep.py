@@ -364,6 +364,7 @@ def critical_border(points: Points, here: Points, roles: Roles) -> Iterator[tupl
     # Velocities lie on a logarithmic axis as a rule: their geometric mean is the middle there.
     sums = np.bincount(numbers, np.log(here.critical_velocity[known]))
     means = np.exp(sums / np.bincount(numbers))
+    # Either axis of a map may be the velocity.
     yield (distinct, means) if roles.hue == VELOCITY else (means, distinct)
 
 

@@ -740,6 +740,7 @@ def _losses(dataset: xr.Dataset) -> View | None:
     points = points.select(~lossless)
     strokes = [si_name(dataset, name) for name in ("amplitude", "stroke")]
     along = [name for name in strokes if len(set(points.axes.get(name, ()))) > 1]
+    # A closed form over the amplitude needs lines over the amplitude beside it.
     if not along or is_scattered(points) or assign_roles(points, along[0]).mapped:
         return None
     view = make_view(points, along[0])
@@ -757,7 +758,8 @@ def _mindlin(dataset: xr.Dataset) -> NDArray[np.float64]:
     for amplitude, stiffness, poisson, friction, load in zip(
         rows.values("cycle_amplitude").tolist(),
         rows.values("path_stiffness").tolist(),
-        np.nan_to_num(rows.values("poisson")).tolist(),  # a chain has none
+        # A chain has none.
+        np.nan_to_num(rows.values("poisson")).tolist(),
         rows.values("intrinsic_friction").tolist(),
         rows.values("normal_load").tolist(),
         strict=True,

@@ -55,6 +55,7 @@ def error_parts(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
     if effect != "nothing":
         share = float(case[LEFT_OUT_ERROR.name])
         parts.append(Error(f"{effect.replace('_', ' ')} left out", share, "half of target.within halves it"))
+    # NaN stays: a part that nothing measures may have any size.
     errors = [part for part in parts if part.share != 0.0]
     return sorted(errors, key=share_rank)
 

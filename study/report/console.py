@@ -184,7 +184,8 @@ class Table:
             box=SIMPLE_HEAD,
             show_edge=False,
             pad_edge=False,
-            padding=(0, GAP - 1, 0, 0),  # the box has one letter between columns, too
+            # The box has one letter between columns, too.
+            padding=(0, GAP - 1, 0, 0),
             header_style="bold",
             border_style="bold",
         )

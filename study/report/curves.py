@@ -158,6 +158,7 @@ def _letters(dots: NDArray[np.bool_]) -> list[str]:
     """Lines of braille letters that show dots, (4 · lines, 2 · letters)."""
     down, across = dots.shape
     cells = dots.reshape(down // 4, 4, across // 2, 2)
+    # The bits of its dots are the place of a letter in Unicode's block of braille patterns.
     codes = _BLANK + np.einsum("iajb,ab->ij", cells, _DOTS)
     lines = codes.tolist()
     return ["".join(map(chr, line)) for line in lines]

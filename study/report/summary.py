@@ -198,6 +198,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     """
     asked = _answer_columns(dataset)
     names = [name for name in (*asked, *SHOWN) if name in dataset]
+    # Numbers of cycles would be empty columns beside a path that has none.
     names = [name for name in names if not _has_no_cycles(dataset, name)]
     # Periods and amplitudes exist for stick-slip alone; a campaign without it needs no empty columns.
     names = [name for name in names if name not in _OF_CYCLES or dataset[name].notnull().any()]

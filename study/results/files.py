@@ -202,6 +202,7 @@ def _is_zombie(process: int) -> bool:
     except OSError:
         # No such file system here, or the process is gone meanwhile: the next run clears away.
         return False
+    # The state follows the program's name, whose brackets may enclose further ones (proc(5)).
     return fields.rpartition(")")[2].split()[0] == "Z"
 
 

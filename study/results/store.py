@@ -255,6 +255,7 @@ class Lease:
         self.lost = ""
         """Reason why this run has to stop; empty while it has the lease."""
         self._over = threading.Event()
+        # Two threads look: the run, and the one that keeps the lease fresh.
         self._looking = threading.Lock()
         self._beat = threading.Thread(target=self._keep_fresh, name="lease", daemon=True)
 
@@ -277,6 +278,7 @@ class Lease:
         self._over.set()
         self._beat.join()
         with suppress(OSError, StoreError):
+            # A run that has taken over keeps its lease.
             if self._is_ours(self._path):
                 self._path.unlink()
 

@@ -219,6 +219,7 @@ def _script(job: Job, site: Site, template: str, run: str, number: str = "%j", s
     given = {
         "name": shlex.quote(job.campaign.stem),
         "run": f"{site.command} {run}",
+        # In the name of a file sbatch reads % as the start of a pattern, %% as the sign itself.
         "log": shlex.quote(str(job.out).replace("%", "%%") + f"/slurm-{number}.log"),
         "this_job": shell,
         "again": INTERRUPTED,

@@ -100,6 +100,7 @@ def _serve(parent: "Connection[Any, Any]") -> None:
             continue
         done = attempt(execute, message, where, BaseException, send)
         if os.getpid() != process:
+            # A copy of this process, which its task has made: there is nothing to report from it.
             os._exit(0)
         send(done)
         if done.passing:
@@ -417,6 +418,7 @@ _TIMED_OUT: Final = "not finished after {:g} s, and ended: raise `seconds` of [l
 
 def _death(child: ChildProcess, code: int | None) -> Outcome:
     """Cause of an unexpected end of a child."""
+    # SIGKILL has many senders: the machine's own count of such deaths tells which it was.
     if code == -9 and child.out_of_memory():
         return Outcome(Ending.OUT_OF_MEMORY, "its process was ended as memory ran out: start fewer ranks on a machine")
     if code is None:

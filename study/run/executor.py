@@ -80,6 +80,7 @@ def _read(store: Store, key: str) -> TaskResult:
     try:
         for _ in looks():
             with suppress(FileNotFoundError):
+                # Until a network file system shows what another machine has written.
                 return _with_arrays(store, store.read(key))
     except CorruptResultError as error:
         # The next run computes the task again.

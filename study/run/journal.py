@@ -92,6 +92,7 @@ class Journal(Watch):
         if not long:
             return
         with self._lock, suppress(OSError):
+            # A signal has come: what is handed out from now on may not be blamed.
             if self._forgotten:
                 return
             if self._begun is None:
@@ -120,6 +121,7 @@ class Journal(Watch):
                 self._note(task, resolved, final=False)
             self._measured.learn(task, seconds)
             if self._run and (elapsed := time.monotonic() - self._started) >= self._next:
+                # Each interval twice the one before: a run of a day adds some fifteen lines.
                 self._next = 2.0 * elapsed
                 so_far = replace(self._run, kinds=self._measured.as_data())
                 self._add(so_far)

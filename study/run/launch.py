@@ -39,6 +39,7 @@ def end_of_time(environment: Mapping[str, str]) -> float:
 def launcher_rank() -> int:
     """Rank of this process as its launcher gives it, 0 without a launcher; needs no MPI."""
     names = ["PMI_RANK", "OMPI_COMM_WORLD_RANK", "PMIX_RANK"]
+    # SLURM_PROCID alone also stands in the environment of a batch script, outside of any step.
     if "SLURM_STEP_NUM_TASKS" in os.environ:
         names.append("SLURM_PROCID")
     return next(_numbers(*names), 0)

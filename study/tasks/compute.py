@@ -169,6 +169,7 @@ def spacing_change(task: Task, own: Sequence[Member], compute: Callable[[Case, "
     compliance = surface_compliance(case.slab)
     for number in range(len(own)):
         try:
+            # At its end already: how long the coarse grid takes is no part of the progress.
             with part_of_progress(1.0, 1.0):
                 members.append(compute(task.ensemble.case(case, number), compliance))
         except SolverError as error:

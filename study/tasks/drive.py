@@ -318,6 +318,7 @@ def _miniature(task: Task) -> tuple[Task, ...]:
         if drive.stage_stroke is not None:
             shorter = {"stage_stroke": drive.stage_stroke / 100}
         shortened = drive_task(small, replace(drive, **shorter, samples=2))
+        # Without a compliance, which a contact that remembers then computes by itself.
         return (replace(shortened, needs=shortened.needs[:1]),)
     return (drive_task(small, replace(drive, samples=2)),)
 

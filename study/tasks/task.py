@@ -58,6 +58,7 @@ class Task:
     """True if only other tasks need the result, not the campaign."""
     ensemble: Ensemble = ALONE
     """Number of starts of the case."""
+    # Fields that are not compared change no result.
     shared: bool = field(default=False, compare=False)
     """True if other tasks read the result."""
     needs: tuple[str, ...] = ()
