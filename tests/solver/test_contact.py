@@ -18,7 +18,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.normal import ContactSystem
 from nanoslip.solver.contact.pin import surface_from_pin
 from nanoslip.solver.contact.tableau import tableau
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance, taken
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance, take_entries
 from nanoslip.solver.outcome import SingularOperator, TooFarApart
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide_to_state
@@ -246,7 +246,7 @@ def test_the_tableau_exchanges_what_is_given_and_what_is_unknown_in_the_bordered
     moved = bordered @ forces
     given, unknown = np.where(exchanged, moved, forces), np.where(exchanged, forces, moved)
     pivoted = np.zeros((2 * n + 1, 2 * n + 1))
-    tableau(partial(taken, matrix), contact, pivoted)
+    tableau(partial(take_entries, matrix), contact, pivoted)
     # The condition of these compliances is below 1e3.
     np.testing.assert_allclose(given @ pivoted, unknown, rtol=0, atol=1e-9 * np.abs(given).max())
 
