@@ -21,7 +21,7 @@ ORDER = {
     "ensemble drive elasticity contact sliding effects dynamics driven simulate",
     "nanoslip.solver.elasticity": "fields grid condensation grid_scheme schemes interior compliance",
     "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane planar half_space strip layer chain",
-    "nanoslip.solver.contact": "kernels closed_forms pin state soundness normal convolved tableau window compiled_contact"
+    "nanoslip.solver.contact": "kernels closed_forms pin state soundness disc normal convolved tableau window compiled_contact"
     " coulomb initial",
     "nanoslip.solver.contact.kernels": "pivots state events path",
     "nanoslip.solver.sliding": "kernels record plateau validity coarsening way full_contact constant_pressures coulomb_friction"

@@ -10,8 +10,10 @@ import scipy
 
 from nanoslip.solver.arrays import Dense, Floats, Indices, Nodes, Vector
 from nanoslip.solver.case import Case
+from nanoslip.solver.contact.disc import CHARACTERS, Quarter, nearest_disc
 from nanoslip.solver.contact.pin import guess_contact, make_pin, surface_from_axis, surface_from_pin
-from nanoslip.solver.elasticity.compliance import FEW_NODES, KEPT, Compliance
+from nanoslip.solver.elasticity.compliance import FEW_NODES, KEPT, Compliance, Entries
+from nanoslip.solver.layout import Plane
 from nanoslip.solver.outcome import SingularOperator, TooFarApart
 
 # The linear system of a contact set: forces and approach from the heights of its nodes and the load.
@@ -25,22 +27,34 @@ NEAR_SHARE = 0.25
 """Share of a set's nodes that may change before its system is factorized anew: the border would take as long."""
 
 
+def is_similar(base: Nodes, contact: Nodes) -> bool:
+    """True if a set (n,) differs so little from that of a system that a bordered update pays off."""
+    changes, nodes = np.count_nonzero(contact ^ base), np.count_nonzero(base)
+    return bool(changes == 0 or (nodes > FEW_NODES and changes <= NEAR_SHARE * nodes))
+
+
 class ContactSystem:
     """The system factorized for the set `base`, and solutions for sets near it.
 
     slope: of the pin's face under every node, (n,), where the nodes' u moves them along it; held: whether nodes are stuck at
-    u = 0, so that forces f_x count too. Raises SingularOperator.
+    u = 0, so that forces f_x count too; of_disc: a quarter of a `base` that is a disc of nodes that are held. Raises
+    SingularOperator.
     """
 
-    def __init__(self, compliance: Compliance, base: Nodes, slope: Vector | None, held: bool) -> None:
+    def __init__(
+        self, compliance: Compliance, base: Nodes, slope: Vector | None, held: bool, of_disc: Quarter | None = None
+    ) -> None:
         self._compliance, self.slope, self._held = compliance, slope, held
         self._base, self._members = base, np.concatenate((base & held, base))
         self._entries = np.flatnonzero(self._members)
         self._with_load = np.append(self._entries, 2 * len(base))
         self._ones = (self._entries >= len(base)).astype(np.float64)
-        symmetric = compliance.slab.scheme.reciprocal and slope is None
-        own = self._block(self._entries, self._entries)
-        self._solve = _solve_factorized(own, symmetric, int(base.sum()))
+        nodes = int(base.sum())
+        if of_disc is None:
+            symmetric = compliance.slab.scheme.reciprocal and slope is None
+            self._solve = _solve_factorized(self._block(self._entries, self._entries), symmetric, nodes)
+        else:
+            self._solve = _solve_in_parts(of_disc, self._base_block, nodes)
         # The load's row and column by elimination: forces of equal heights, and their sum, give the approach.
         self._alone = self._solve(self._ones[None])[0]
         self._share = float(self._ones @ self._alone)
@@ -66,9 +80,8 @@ class ContactSystem:
         return np.array_equal(contact, self._base)
 
     def is_similar(self, contact: Nodes) -> bool:
-        """True if a set (n,) differs so little that a bordered update pays off."""
-        changes, nodes = np.count_nonzero(contact ^ self._base), np.count_nonzero(self._base)
-        return bool(changes == 0 or (nodes > FEW_NODES and changes <= NEAR_SHARE * nodes))
+        """True if the system serves this set (n,), too."""
+        return is_similar(self._base, contact)
 
     def forces(self, contact: Nodes, heights: Vector, normal_load: float) -> tuple[Vector, float]:
         """Forces (2n,) on the nodes of a set (n,) and the approach, where its nodes are to have these heights (n,).
@@ -162,6 +175,10 @@ class ContactSystem:
         nodes = rows - len(self._base)
         return found - self.slope[nodes, None] * self._compliance.entries(nodes, columns)
 
+    def _base_block(self, rows: Indices, columns: Indices) -> Dense:
+        """The same, numbered as the entries of the base."""
+        return self._block(self._entries[rows], self._entries[columns])
+
 
 def finite(forces: Vector) -> Vector:
     """The forces of a contact. Raises TooFarApart if they overflow."""
@@ -183,6 +200,25 @@ def _solve_factorized(matrix: Dense, symmetric: bool, nodes: int) -> Callable[[D
     if failed:
         raise _singular(nodes)
     return lambda rows: np.asarray(scipy.linalg.lapack.dgetrs(factors, pivots, rows.T, trans=1)[0].T)
+
+
+def _solve_in_parts(of_disc: Quarter, matrix: Entries, nodes: int) -> Callable[[Dense], Dense]:
+    """The same for a disc's symmetric matrix, factorized in its four parts."""
+    solved = []
+    for number, part in enumerate(of_disc.parts(matrix)):
+        members = of_disc.members(CHARACTERS[number])
+        if len(members):  # of a single node some parts are empty
+            solve_part = _solve_factorized(part[np.ix_(members, members)], True, nodes)
+            solved.append((number, members, solve_part))
+
+    def solve(rows: Dense) -> Dense:
+        given = of_disc.vector_parts(rows)
+        found = np.zeros_like(given)
+        for number, members, solve_part in solved:
+            found[number][:, members] = solve_part(given[number][:, members])
+        return of_disc.from_vector_parts(found)
+
+    return solve
 
 
 def _singular(nodes: int) -> SingularOperator:
@@ -355,6 +391,10 @@ def _system(case: Case, compliance: Compliance, contact: Nodes, u: Vector, stuck
     slope = make_pin(case).slope(surface_from_pin(case) + u) if coupled and not stuck else None
     if slope is None and compliance.lasting and len(contact) <= FEW_NODES:  # no border changes what is kept
         return _previous_system(compliance, contact.tobytes(), coupled and stuck)
+    if coupled and stuck and isinstance(case.slab.layout, Plane):
+        disc = nearest_disc(contact, case.slab.n_x)
+        if disc is not None and is_similar(disc.nodes, contact):
+            return ContactSystem(compliance, disc.nodes, None, held=True, of_disc=disc.quarter.without_load())
     return ContactSystem(compliance, contact, slope, held=coupled and stuck)
 
 

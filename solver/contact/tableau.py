@@ -14,12 +14,14 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Dense, Indices, Nodes
+from nanoslip.solver.contact.disc import CHARACTERS, Quarter, node_disc, quarter
 from nanoslip.solver.contact.kernels.state import RINGS
 from nanoslip.solver.elasticity.compliance import (
     Compliance,
     EndlessCompliance,
     Entries,
     border_matrix,
+    inverse,
     invert_bordered,
     portions,
     take_entries,
@@ -112,14 +114,30 @@ SIZES_APART = 1.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Base:
-    """The tableau of a disc of nodes in the middle of a plane, with BASE_RINGS of free nodes around it."""
+    """The tableau of a disc of nodes in the middle of a plane, with BASE_RINGS of free nodes around it: N entries, k of them in a
+    quarter."""
 
-    disc: Nodes
-    """(columns, rows) nodes of the whole plane that are in contact."""
     nodes: Window
-    """(n,) numbers of the nodes in the tableau."""
-    tableau: Dense
-    """(2n + 1, 2n + 1) and padding, read-only."""
+    """Numbers of the nodes in the tableau."""
+    quarter: Quarter
+    rows: Dense
+    """(k, 4, k) rows of the quarter, in the columns of its images (`Quarter.from_parts`), read-only."""
+
+    def part(self, entries: Indices) -> Dense:
+        """The tableau in these rows and columns, and padding."""
+        images, signs = self.quarter.images, self.quarter.signs
+        k = len(self.quarter.entries)
+        places, reflections = np.empty((2, 2 * len(self.nodes) + 1), np.int64)
+        places[images], reflections[images] = np.arange(k), np.arange(4)[:, None]
+        place, reflection = places[entries], reflections[entries]
+        # Row ga in column hb is row a in column (gh)b, with the signs that both entries have under g.
+        columns = [(reflection ^ g) * k + place for g in range(4)]
+        turned = signs[:, place]
+        found, rows = zero_lines(len(entries)), self.rows.reshape(k, 4 * k)
+        for row, a, g in zip(found[:, : len(entries)], place, reflection, strict=True):
+            rows[a].take(columns[g], out=row, mode="clip")  # "raise" buffers
+            np.multiply(row, signs[g, a] * turned[g], out=row)
+        return found
 
 
 _last_base: dict[tuple[SurfaceConvolution, float], Base] = {}
@@ -137,18 +155,29 @@ def find_base(compliance: EndlessCompliance, nodes: float) -> Base:
 
 
 def _base(compliance: EndlessCompliance, nodes: float) -> Base:
-    disc = node_disc(compliance.slab.n_x, nodes)
+    n = compliance.slab.n_x
+    disc = node_disc(n, nodes)
     held = wider(disc, BASE_RINGS).ravel().nonzero()[0]
-    table = zero_lines(2 * len(held) + 1)
-    tableau(window_entries(compliance, held), disc.ravel()[held], table, reciprocal=True)
-    table.setflags(write=False)
-    return Base(disc, held, table)
+    entries, some = window_entries(compliance, held), quarter(held, n)
+    normal = some.entries[:-1] >= len(held)
 
+    def bordered(rows: Indices, columns: Indices) -> Dense:
+        """The compliance and the load's row and column, which are the last, in the rows of a quarter and an image's columns."""
+        found = np.zeros((len(rows), len(columns)))
+        found[:-1, :-1] = entries(rows[:-1], columns[:-1])
+        found[:-1, -1] = found[-1, :-1] = normal
+        return found
 
-def node_disc(n: int, nodes: float) -> Nodes:
-    """The disc of about this number of nodes in the middle of n by n, a mask."""
-    along = np.arange(n) - n // 2
-    return np.asarray(along[:, None] ** 2 + along**2 <= nodes / math.pi)
+    parts = some.parts(bordered)
+    in_contact = np.append(np.tile(disc.ravel()[held], 2), True)[some.entries]
+    for part, character in zip(parts, CHARACTERS, strict=True):
+        members = some.members(character)
+        pivoted = pivot_symmetric(part[np.ix_(members, members)], in_contact[members])
+        part[:] = 0.0  # what rounding has left of sums over images that cancel
+        part[np.ix_(members, members)] = pivoted
+    rows = some.from_parts(parts)
+    rows.setflags(write=False)
+    return Base(held, some, rows)
 
 
 def tableau_from_base(compliance: EndlessCompliance, nodes: Window, contact: Nodes, expected: float) -> Dense | None:
@@ -174,11 +203,7 @@ def tableau_from_base(compliance: EndlessCompliance, nodes: Window, contact: Nod
         return None
     base = find_base(compliance, expected)
     in_base = np.searchsorted(base.nodes, shifted[0] * n + shifted[1])
-    entries = _both(in_base, len(base.nodes))
-    entries = np.append(entries, 2 * len(base.nodes))
-    found = zero_lines(len(entries))
-    for row, entry in zip(found, entries, strict=True):
-        base.tableau[entry].take(entries, out=row[: len(entries)], mode="clip")  # "raise" buffers
+    found = base.part(np.append(_both(in_base, len(base.nodes)), 2 * len(base.nodes)))
     exchange(found, _both(different, len(nodes)))
     return found
 
@@ -196,13 +221,28 @@ def _at(mask: Nodes, places: Indices) -> Nodes:
     return found
 
 
+def pivot_symmetric(matrix: Dense, pivoted: Nodes) -> Dense:
+    """The matrix, symmetric but for rounding, after a principal pivot on these of its entries, transposed as a tableau is. Raises
+    SingularOperator."""
+    some, others = np.flatnonzero(pivoted), np.flatnonzero(~pivoted)
+    beside = matrix[np.ix_(some, others)]
+    own = inverse(matrix[np.ix_(some, some)], "compliance of nodes")
+    reached = own @ beside
+    found = np.empty_like(matrix)
+    found[np.ix_(some, some)] = own
+    found[np.ix_(some, others)] = reached
+    found[np.ix_(others, some)] = -reached.T
+    found[np.ix_(others, others)] = matrix[np.ix_(others, others)] - beside.T @ reached
+    return found
+
+
 def exchange(table: Dense, entries: Indices) -> None:
-    """Exchange inputs and responses of these entries of a tableau, all at once and in place. Raises LinAlgError."""
-    inverse = np.linalg.inv(table[np.ix_(entries, entries)])
+    """Exchange inputs and responses of these entries of a tableau, all at once and in place. Raises SingularOperator."""
+    own = inverse(table[np.ix_(entries, entries)], "compliance of nodes")
     columns = table[:, entries]
-    rows = inverse @ table[entries]
+    rows = own @ table[entries]
     # BLAS counts along columns: this is table -= columns @ rows, without another matrix of its size.
     scipy.linalg.blas.dgemm(-1.0, rows.T, columns.T, 1.0, table.T, overwrite_c=1)
-    table[:, entries] = -(columns @ inverse)
+    table[:, entries] = -(columns @ own)
     table[entries] = rows
-    table[np.ix_(entries, entries)] = inverse
+    table[np.ix_(entries, entries)] = own

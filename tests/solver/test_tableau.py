@@ -1,17 +1,18 @@
 """The tableau of a ball's contact: made from that of a disc of nodes, and changed by exchanges that rows follow later."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact import compiled_contact, tableau
+from nanoslip.solver.contact import compiled_contact, normal, tableau
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.events import pivot
 from nanoslip.solver.contact.kernels.pivots import MOST_PIVOTS
 from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, equilibrium_residual, follow_all, respond
-from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.compliance import FEW_NODES, surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.full_contact import compile_state
 from nanoslip.solver.sliding.slide import slide, slide_to_state
@@ -66,6 +67,51 @@ def test_what_is_not_nearly_a_disc_is_inverted_by_itself():
         assert_same(half, inverted(COMPLIANCE, window, touching))
 
 
+def test_a_base_holds_a_quarter_of_the_disc_and_every_entry_of_it(monkeypatch):
+    """As a disc is its own image along x and along y, whose nodes on an axis are their own."""
+    bases, find = [], tableau.find_base
+    monkeypatch.setattr(tableau, "find_base", lambda *given: bases.append(find(*given)) or bases[-1])
+    disc = tableau.node_disc(SLAB.n_x, 30.0)
+    window = np.flatnonzero(tableau.wider(disc, tableau.BASE_RINGS))
+    found = tableau.tableau_from_base(COMPLIANCE, window, disc.ravel()[window], 30.0)
+    assert_same(found, inverted(COMPLIANCE, window, disc.ravel()[window]))
+    (base,) = bases
+    across = np.ptp(window // SLAB.n_x) + 1
+    assert base.rows.size <= 4 * (len(found) / 4 + across + 2) ** 2  # nodes on the axes are in two quarters
+
+
+@pytest.mark.parametrize("nodes", [1.0, 5.0, 9.0])
+def test_a_disc_of_one_node_or_few_is_no_special_case(nodes):
+    """Of a single node two of the four parts have no entry in contact, of a few nodes some parts have few."""
+    disc = tableau.node_disc(SLAB.n_x, nodes)
+    window = np.flatnonzero(tableau.wider(disc, 2))
+    found = tableau.tableau_from_base(COMPLIANCE, window, disc.ravel()[window], nodes)
+    assert_same(found, inverted(COMPLIANCE, window, disc.ravel()[window]))
+    half_width = math.sqrt(nodes / math.pi) * SLAB.spacing
+    case = Case(slab=SLAB, pin="flat_punch", half_width=half_width, normal_load=3e-3)
+    pressed = normal.normal_contact(case, COMPLIANCE, stuck=True)
+    assert pressed.contact.sum() == disc.sum()
+    assert pressed.normal_force.sum() == pytest.approx(case.normal_load, rel=1e-12)
+
+
+@pytest.mark.parametrize(("poisson", "scheme"), [(0.0, "half_space"), (0.3, "half_space"), (0.49, "layer")])
+def test_a_stuck_contact_is_the_same_by_the_parts_of_a_disc_and_as_a_whole(monkeypatch, poisson, scheme):
+    """A pin between nodes presses on no disc of nodes: the nodes that differ are exchanged."""
+    slab = Slab(33, poisson=poisson, scheme=scheme)
+    compliance = surface_compliance(slab)
+    for start, start_y, load in ((0.0, 0.0, 3e-4), (0.37, 0.21, 3e-4), (0.63, 0.8, 2e-4)):
+        case = Case(slab=slab, radius=200.0, normal_load=load, start=start, start_y=start_y)
+        in_parts = normal.normal_contact(case, compliance, stuck=True)
+        with monkeypatch.context() as whole:
+            whole.setattr(normal, "nearest_disc", lambda *_: None)
+            right = normal.normal_contact(case, compliance, stuck=True)
+        assert in_parts.contact.sum() > FEW_NODES
+        assert in_parts.converged == right.converged
+        assert np.array_equal(in_parts.contact, right.contact)
+        # Forces to the rounding error of a solution, which the condition number multiplies.
+        assert in_parts.normal_force == pytest.approx(right.normal_force, abs=1e-11 * load)
+
+
 def test_a_record_has_the_same_bits_whatever_the_process_has_set_up_before():
     """The base is shared, so it follows from the case alone: not from other loads, nor from where this record has been."""
     fresh = slide(CASE, COMPLIANCE)
@@ -79,14 +125,14 @@ def test_a_record_has_the_same_bits_whatever_the_process_has_set_up_before():
 
 
 def test_a_base_is_shared_by_windows_members_and_cases_and_only_the_last_is_kept(monkeypatch):
-    """One inverse for three records of several windows; another load asks for another disc, and to return for the first again."""
-    inverses, invert = [], tableau.invert_bordered
-    monkeypatch.setattr(tableau, "invert_bordered", lambda *given: inverses.append(given) or invert(*given))
+    """One disc for three records of several windows; another load asks for another disc, and to return for the first again."""
+    bases, quarter = [], tableau.quarter
+    monkeypatch.setattr(tableau, "quarter", lambda *given: bases.append(given) or quarter(*given))
     light = replace(CASE, normal_load=2e-3)
     counts = []
     for case in (light, CASE, replace(CASE, start=0.9), replace(CASE, intrinsic_friction=0.3), light, CASE):
         slide(replace(case, max_events=300), COMPLIANCE)
-        counts.append(len(inverses))
+        counts.append(len(bases))
     first, base, member, axis, again, back = counts
     assert base == member == axis == first + 1
     assert back > again > axis
