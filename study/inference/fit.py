@@ -84,6 +84,15 @@ class ComputedPoint(NamedTuple):
         return ComputedPoint(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
+class StartScatter(NamedTuple):
+    """Scatter of numbers of a single start, each (targets, targets)."""
+
+    covariance: Floats
+    """In shares of the numbers; 0 if unknown."""
+    correlation: Floats
+    """Widened for few starts: above 1 on its diagonal."""
+
+
 Simulate = Callable[[Floats], ComputedPoint]
 """Computes points (n, parameters) in the unit cube, in their order."""
 
@@ -154,7 +163,7 @@ class Fit:
     @cached_property
     def noise_covariance(self) -> Floats:
         """Covariance (targets, targets) of the measured numbers' errors: their ±, and for numbers of a single start
-        the scatter between starts.
+        the scatter between starts. Scatter of computed means is not added: the surrogate's error contains it.
 
         Stated ± are independent, except those of one recording, which shares its noise, offset and drift among them.
         """
@@ -163,47 +172,13 @@ class Fit:
         recorded = np.where(is_recorded, is_recorded.sum(), 1)
         variances = recorded * np.array([target.error for target in self.targets]) ** 2
         sizes = is_recorded * np.abs([target.value for target in self.targets])
-        scatter = sizes * np.sqrt(np.diag(self.start_covariance))
-        return np.diag(variances) + np.outer(scatter, scatter) * self.start_correlation
+        scatter = sizes * np.sqrt(np.diag(self.starts.covariance))
+        return np.diag(variances) + np.outer(scatter, scatter) * self.starts.correlation
 
     @cached_property
-    def start_covariance(self) -> Floats:
-        """Relative covariance (targets, targets) of numbers of a single start; 0 if unknown.
-
-        It is the same at all points, as friction is proportional to μ_i. Scatter of computed means is not added to a
-        measured number: the surrogate's error contains it.
-        """
-        is_known, _ = self._start_shares
-        norms = np.linalg.norm(self.computed.values[is_known], axis=0)
-        sizes = np.where(norms > 0.0, norms, np.inf)
-        return np.asarray(self.computed.starts[is_known].sum(axis=0) / sizes[:, None] / sizes)
-
-    @cached_property
-    def start_correlation(self) -> Floats:
-        """Correlation (targets, targets) of numbers of a single start, widened for few starts: above 1 on its diagonal."""
-        points = self.computed
-        is_known, shares = self._start_shares
-        # Welch and Satterthwaite: a sum of variances with these shares and degrees of freedom. Starts at the same places are
-        # the same draw at all points, whose shares add up before they are squared.
-        freedom = points.freedom[is_known]
-        is_shared = np.nan_to_num(points.common[is_known]).any(axis=1)
-        inverse = float(np.sum(shares[~is_shared] ** 2 / freedom[~is_shared]))
-        if is_shared.any():
-            inverse += float(shares[is_shared].sum() ** 2 / freedom[is_shared].max())
-        degrees = 1.0 / inverse if inverse else 0.0
-        # From fewer starts than that no correlation is known: a bound, with the ± of so few.
-        bound = student(degrees + 1.0) ** 2
-        return _widened_correlation(self.start_covariance, degrees, bound)
-
-    @cached_property
-    def _start_shares(self) -> tuple[NDArray[np.bool_], Floats]:
-        """Points with a covariance over starts (n,), and the share of each of these in the sum of all."""
-        points = self.computed
-        is_known = np.asarray(np.isfinite(points.starts).all(axis=(1, 2)) & _has_all_numbers(points))
-        squares = points.values[is_known] ** 2
-        whole = squares.sum(axis=0)
-        shares = np.divide(squares, whole, out=np.zeros_like(squares), where=whole > 0.0)
-        return is_known, shares.mean(axis=1)
+    def starts(self) -> "StartScatter":
+        """Scatter of numbers of a single start, over all points."""
+        return scatter_of_starts(self.computed)
 
     def surrogate_covariance(self, x: Floats, errors: Floats) -> Floats:
         """Covariance (m, targets, targets) of the surrogates' errors at points (m, d). errors: their standard errors.
@@ -212,7 +187,7 @@ class Fit:
         """
         common = np.column_stack([surrogate.common_error(x) for surrogate in self.surrogates])
         own = np.sqrt(np.maximum(errors**2 - common**2, 0.0))
-        of_starts = common[:, :, None] * common[:, None, :] * self.start_correlation
+        of_starts = common[:, :, None] * common[:, None, :] * self.starts.correlation
         return np.asarray(of_starts + own[:, :, None] * own[:, None, :] * self._left_out_correlation)
 
     @cached_property
@@ -383,6 +358,30 @@ def _next_points(found: Fit, count: int) -> Floats:
         chosen.append(farthest)
         distances = np.minimum(distances, np.linalg.norm(inside - farthest, axis=1))
     return np.array(chosen)
+
+
+def scatter_of_starts(points: ComputedPoint) -> StartScatter:
+    """Pool the scatter of starts over all points.
+
+    It is the same share of a number at all points, as friction is proportional to μ_i.
+    """
+    is_known = np.asarray(np.isfinite(points.starts).all(axis=(1, 2)) & _has_all_numbers(points))
+    squares = points.values[is_known] ** 2
+    whole = squares.sum(axis=0)
+    sizes = np.where(whole > 0.0, np.sqrt(whole), np.inf)
+    covariance = points.starts[is_known].sum(axis=0) / sizes[:, None] / sizes
+    # Welch and Satterthwaite: the degrees of freedom of a sum of variances with these shares. Starts at the same places are
+    # the same draw at all points, whose shares add up before they are squared.
+    shares = (squares / sizes**2).mean(axis=1)
+    freedom = points.freedom[is_known]
+    is_shared = np.nan_to_num(points.common[is_known]).any(axis=1)
+    inverse = float(np.sum(shares[~is_shared] ** 2 / freedom[~is_shared]))
+    if is_shared.any():
+        inverse += float(shares[is_shared].sum() ** 2 / freedom[is_shared].max())
+    degrees = 1.0 / inverse if inverse else 0.0
+    # From too few starts no correlation is known: a bound, with the ± of so few.
+    bound = student(degrees + 1.0) ** 2
+    return StartScatter(covariance, _widened_correlation(covariance, degrees, bound))
 
 
 def _whiten(covariance: Floats, columns: Floats) -> Floats:
