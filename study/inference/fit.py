@@ -204,10 +204,7 @@ class Fit:
 
     @cached_property
     def cloud(self) -> tuple[Floats, Floats]:
-        """Points (m, d) that fill the set that agrees, or the surroundings of the nearest point; and their misfits.
-
-        Where none agrees these are without the surrogate's error.
-        """
+        """Points (m, d) that fill the set that agrees, and misfits; if none does, around the nearest, without surrogate error."""
         dimensions = len(self.ranges)
         cube = scipy.stats.qmc.Sobol(dimensions, seed=SEED).random(CLOUD)
         low, high = np.zeros(dimensions), np.ones(dimensions)
