@@ -166,6 +166,7 @@ def round_with_error(number: float, uncertainty: float) -> tuple[str, str]:
     if not ROUNDING * abs(number) < uncertainty < np.inf:
         return f"{number:.3g}", "?"
     _, _, exponent = f"{uncertainty:.0e}".partition("e")
+    # As rounded: 0.96 is written 1.0.
     digits = 2 if "1" in (f"{uncertainty:.0e}"[0], f"{uncertainty:.1e}"[0]) else 1
     place = int(exponent) - digits + 1  # the power of ten of its last digit
     number, uncertainty = round(number, -place), round(uncertainty, -place)

@@ -77,6 +77,7 @@ def _end_by_far(result: DynamicsResult, drive: Drive, limit: FrictionLimit) -> b
         return False
     # As far below the weakest slip as that is below the strongest: min·min/max.
     far_below = float(excess.min() ** 2 / excess.max())
+    # An excess e has the energy e²/(2k) beyond that of sliding, less what the teeth take.
     left = far_below**2 - 2.0 * k * limit.uneven_work
     damper = 2.0 * drive.damping_ratio * math.sqrt(k) * drive.stage_velocity
     excess_left = damper - math.sqrt(max(left, 0.0))

@@ -167,6 +167,8 @@ def start_is_forgotten(result: DynamicsResult, drive: Drive, pattern: float, sli
 
 def decay_rate(drive: Drive) -> float:
     """Rate ζω at which a free oscillation decays; the slower of both rates of an overdamped pin."""
+    # Above ζ = 1 the rates are ω (ζ ± √(ζ² - 1)), with the product ω²: so the slower one is no small
+    # difference.
     natural, ratio = math.sqrt(drive.spring_stiffness), drive.damping_ratio
     return natural / (ratio + math.sqrt(ratio**2 - 1.0)) if ratio > 1.0 else natural * ratio
 

@@ -100,6 +100,7 @@ class Oscillator:
         """Velocity and acceleration."""
         position, velocity = self._motion(time, math)
         steady = self.stage_velocity * time - self.friction_force / self.spring_stiffness
+        # About steady sliding the motion is free: x'' = -c (x' - V) - k (x - steady), with c/2 = ζ ω_n.
         decay = self.damping_ratio * math.sqrt(self.spring_stiffness)
         return velocity, -2.0 * decay * (velocity - self.stage_velocity) - self.spring_stiffness * (position - steady)
 

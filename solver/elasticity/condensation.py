@@ -329,6 +329,7 @@ def _entries(matrix: Sparse, rows: Indices) -> _Entries:
     begin = matrix.indptr[rows]
     counts = matrix.indptr[rows + 1] - begin
     of_row = np.repeat(np.arange(len(rows)), counts)
+    # Entry k of all lots is entry k less the entries of all rows before of its own row.
     at = np.arange(len(of_row)) + (begin - np.cumsum(counts) + counts)[of_row]
     return _Entries(of_row, matrix.indices[at], matrix.data[at])
 

@@ -86,6 +86,7 @@ def _tangential_state(
     limits = np.maximum(limits, 0.0)
     u = start.u[nodes].copy()
     tableau = zero_lines(len(nodes))
+    # By rows of what a displacement of one node does, as a slip adds one of them: the transpose.
     tableau[:, : len(nodes)] = stiffness.T
     state = TangentialState(
         tableau=tableau,

@@ -163,6 +163,8 @@ def _follow_legs(
 def straight_way(state: ContactState, load: float, ahead: int, point: Point) -> Way | None:
     """The straight way to a point from a contact under this load; None if it is there. ahead: as the pin last moved."""
     moved, raised = point[0] - state.displacement, point[1] - load
+    # The step counts the pin's way, and the load changes in proportion; where the pin rests it counts the
+    # load.
     if moved:
         ahead = 1 if moved > 0.0 else -1
         return Way(load, Direction(float(ahead), raised / abs(moved), ahead), point[0])

@@ -145,6 +145,7 @@ class FrictionRecord(Viewed):
             force = float(self.force_after[count - 1])
             slope = float(self.stiffness[count - 1])
         columns = {name: getattr(self, name)[:count] for name in EVENT_TYPES}
+        # From event to event the force is straight, with the stiffness after the last one.
         since = end - float(columns["displacement"][-1] if count else 0.0)
         return replace(self, **columns, final_displacement=end, final_force=force + slope * since)
 

@@ -397,6 +397,7 @@ def _creates_energy(
     moved = np.concatenate(([start.displacement], record.displacement))
     steps = np.abs(moved[1:] - moved[:-1])
     before = np.concatenate(([record.initial_force], record.force_after))[:-1]
+    # F is straight from event to event: the trapezoidal rule is exact.
     work = float(np.abs(before + record.force_before) @ steps) / 2.0
     farthest = float(np.abs(end.u[end.contact]).max(initial=0.0))
     heights = case.normal_load + abs(end.approach) + abs(end.displacement) + farthest

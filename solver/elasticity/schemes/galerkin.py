@@ -105,6 +105,7 @@ class Galerkin(GridScheme):
             acting = resultants(slab.n_x)
             # Only a load's three resultants reach the inserted bar (Saint-Venant), which moves the surface rigidly.
             longer = acting.T @ lengthening(slab) @ acting
+            # Symmetric to the last bit: Cholesky's factor is taken only of such a compliance.
             found += (longer + longer.T) / 2
         return found
 
@@ -169,6 +170,8 @@ def _gauss_mass(points: tuple[float, ...], lower: float, upper: float) -> Dense:
     basis = lagrange(points)
     half, middle = (upper - lower) / 2, (lower + upper) / 2
     mass = np.zeros((len(points), len(points)))
+    # 1/√3 of the half to either side of the middle: exact for cubics, while p_i p_j is of the fourth
+    # order. What is left out of it is the reduction.
     for side in (-(3**-0.5), 3**-0.5):
         values = value(basis, middle + side * half)
         mass += np.outer(values, values)
@@ -220,6 +223,7 @@ def _row_fields(count: int, intervals: int, *, linear: bool) -> tuple[NDArray[np
     t = place - element
     weights = [1 - t, t]
     if not linear:
+        # Lagrange's quadratics through t = 0, 1/2 and 1.
         weights = [(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)]
     nodes = order * element[:, None] + np.arange(order + 1)
     return nodes, np.stack(weights, axis=1)
