@@ -176,7 +176,7 @@ class ContactSystem:
         return found - self.slope[nodes, None] * self._compliance.entries(nodes, columns)
 
     def _base_block(self, rows: Indices, columns: Indices) -> Dense:
-        """The same, numbered as the entries of the base."""
+        """Displacements of `_block`, numbered as the entries of the base."""
         return self._block(self._entries[rows], self._entries[columns])
 
 
@@ -203,7 +203,7 @@ def _solve_factorized(matrix: Dense, symmetric: bool, nodes: int) -> Callable[[D
 
 
 def _solve_in_parts(of_disc: Quarter, matrix: Entries, nodes: int) -> Callable[[Dense], Dense]:
-    """The same for a disc's symmetric matrix, factorized in its four parts."""
+    """Solver for a disc's symmetric matrix, factorized in its four parts."""
     solved = []
     for number, part in enumerate(of_disc.parts(matrix)):
         members = of_disc.members(CHARACTERS[number])
