@@ -10,7 +10,7 @@ import scipy
 
 from nanoslip.solver.case import LEAST_APART, Case, Heterogeneity, SlipRule
 from nanoslip.solver.contact.pin import estimate_half_width
-from nanoslip.solver.drive import Drive
+from nanoslip.solver.drive import Drive, lag_time
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES, SPARED
 from nanoslip.solver.ensemble import (
     FEWEST,
@@ -231,11 +231,28 @@ def test_a_ball_in_plane_strain_has_as_many_nodes_across(ball, cylinder):
     assert (without.radius, estimate_half_width(without)) == (case.radius, pytest.approx(estimate_half_width(case)))
 
 
-@pytest.mark.parametrize("effect", OF_DRIVES, ids=lambda effect: effect.name)
+SWITCHED = [effect for effect in OF_DRIVES if effect.name != "inertia"]
+"""Effects that a setting turns off; every pin has some mass."""
+
+
+@pytest.mark.parametrize("effect", SWITCHED, ids=lambda effect: effect.name)
 def test_a_drive_without_an_effect_does_not_have_it(effect):
     drive = replace(PULLED, memory=effect.name == "memory")
     assert effect.there(drive)
     assert not effect.there(effect.without(drive))
+
+
+def test_a_stage_with_a_stroke_moves_a_lighter_pin_less_in_its_period_and_stretches_its_damper_alike():
+    (effect,) = (each for each in OF_DRIVES if each.name == "inertia")
+    assert not effect.there(PULLED)
+    whole = replace(PULLED, duration=None, stage_stroke=0.1)
+    assert effect.there(whole)
+    light = effect.without(whole)
+    # Its period is 2π/√k, so the way in it is in proportion to the velocity; c V/k is a length, whatever the mass.
+    assert light.spring_stiffness == whole.spring_stiffness
+    assert light.stage_velocity == pytest.approx(0.01 * whole.stage_velocity, rel=1e-12)
+    lengths = [lag_time(drive) * drive.stage_velocity for drive in (whole, light)]
+    assert lengths[1] == pytest.approx(lengths[0], rel=1e-12)
 
 
 def test_coarse_teeth_are_teeth_and_no_teeth_are_not_fine():
