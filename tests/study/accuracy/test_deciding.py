@@ -239,7 +239,7 @@ def test_explain_ranks_what_decides_and_a_page_begins_with_its_middle_case(main:
     assert all(each in text for each in named)
     assert main("report", file, "--out", out)[0] == 0
     page = (out / "report.html").read_text("utf-8")
-    assert "<p>The middle of 2 cases, R/L<sub>x</sub> = 60: plateau F/W " in page
+    assert "<p>The middle of 3 cases, R/L<sub>x</sub> = 60: plateau F/W " in page
     dataset = (out / "results.nc").stat().st_mtime_ns
     assert main("run", file, "--out", out, "--serial")[0] == 0
     assert (out / "results.nc").stat().st_mtime_ns == dataset
