@@ -25,11 +25,11 @@ def require_own_folder(folder: Path, source: Path) -> None:
     if folder == source.parent / "__pycache__":
         return
     # Whoever owns the folder above could put another one in its place.
-    for each in (folder, folder.parent):
-        problem = _problem(each)
+    for place in (folder, folder.parent):
+        problem = _problem(place)
         if problem:
-            _warn(f"{each}: compiled kernels are neither kept nor read there: {problem}")
-            raise UnsafeFolderError(f"{each}: {problem}")
+            _warn(f"{place}: compiled kernels are neither kept nor read there: {problem}")
+            raise UnsafeFolderError(f"{place}: {problem}")
 
 
 def _problem(folder: Path) -> str:

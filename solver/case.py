@@ -422,8 +422,8 @@ class Case:
         values = {name: getattr(self, name) for name in declared(type(self))}
         values.update(self.slab.flat)
         for part, kind in PARTS.items():
-            own = getattr(self, part)
-            values.update({name: getattr(own, name) for name in declared(kind)})
+            part_of_case = getattr(self, part)
+            values.update({name: getattr(part_of_case, name) for name in declared(kind)})
         return values
 
 

@@ -61,8 +61,8 @@ def declare_kernel(*, allocates: bool = False, entry: bool = False, **options: A
 
 def reporting_compilation(tell: Callable[[], object]) -> AbstractContextManager[None]:
     """Call `tell`, inside this context, when a kernel begins to be compiled; not for a kernel cached on disk."""
-    found: AbstractContextManager[None] = _compiling().listening(tell)
-    return found
+    listening: AbstractContextManager[None] = _compiling().listening(tell)
+    return listening
 
 
 def _compiling() -> Any:

@@ -60,13 +60,15 @@ def source_stamp(folder: Path) -> str:
 def kernel_imports(folder: Path) -> list[Path]:
     """The kernel files of a folder and of all from which they import, and what compiles them; all files for another folder."""
     every = sorted(path for files in KERNEL_FILES for path in _PACKAGE.glob(files))
-    found, new = set[Path](), {folder}
+    folders, new = set[Path](), {folder}
     # Until no import leads to another folder: what a kernel calls may itself call further.
     while new:
-        found |= new
+        folders |= new
         text = "\n".join(path.read_text("utf-8") for path in every if path.parent in new)
-        new = {_PACKAGE / name / "kernels" for name in _IMPORTED.findall(text)} - found
-    return [path for path in every if path.parent in {*found, _PACKAGE}] if folder.parent.parent == _PACKAGE else every
+        new = {_PACKAGE / name / "kernels" for name in _IMPORTED.findall(text)} - folders
+    return (
+        [path for path in every if path.parent in {*folders, _PACKAGE}] if folder.parent.parent == _PACKAGE else every
+    )
 
 
 @contextmanager

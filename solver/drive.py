@@ -198,8 +198,8 @@ class Drive:
         """Build the drive from parameters by name, including its integrator's. Raises InvalidInput, for unknown
         names too."""
         refuse_unknown(parameters, parameters_of_a_drive(), "a drive")
-        own = {name: parameters[name] for name in declared(cls) if name in parameters}
-        return cls(**{**own, "integrator": INTEGRATORS.member(parameters, "exact")})
+        numbers = {name: parameters[name] for name in declared(cls) if name in parameters}
+        return cls(**{**numbers, "integrator": INTEGRATORS.member(parameters, "exact")})
 
     @classmethod
     def from_si(cls, scales: Scales | None = None, pin_mass: float = 0.5, **parameters: Any) -> Self:
@@ -244,8 +244,8 @@ class Drive:
     def flat(self) -> dict[str, Any]:
         """Every parameter of the drive, its integrator by name and that one's settings beside it; None for other
         integrators."""
-        own = {name: getattr(self, name) for name in declared(type(self))}
-        return own | INTEGRATORS.flat(self.integrator)
+        numbers = {name: getattr(self, name) for name in declared(type(self))}
+        return numbers | INTEGRATORS.flat(self.integrator)
 
     def convert_units(self, scales: Scales, pin_mass: float, length: tuple[str, float] | None = None) -> Self:
         """A drive given in SI in the solver's units. Raises InvalidInput if a value is out of range in them.
@@ -256,10 +256,12 @@ class Drive:
         values = self.flat
         for name, stated in parameters_of_a_drive().items():
             if stated.scale and values[name] is not None:
-                found = _FROM_SI[stated.scale](values[name], scales, time)
-                key, given = length if length and name == "duration" else (name, values[name])
-                own = given / values[name] * units[stated.scale] if values[name] else 1.0
-                values[name] = _check_range(key, given, found, stated, own, " with this pin_mass and these scales")
+                dimensionless = _FROM_SI[stated.scale](values[name], scales, time)
+                key, typed = length if length and name == "duration" else (name, values[name])
+                si_per_unit = typed / values[name] * units[stated.scale] if values[name] else 1.0
+                values[name] = _check_range(
+                    key, typed, dimensionless, stated, si_per_unit, " with this pin_mass and these scales"
+                )
         return self.of(values)
 
 
@@ -272,15 +274,15 @@ _FROM_SI: Final[dict[str, Callable[[float, Scales, float], float]]] = {
 """Scale of a parameter -> its value in the solver's units, from SI; time: their unit of time, in s."""
 
 
-def _check_range(key: str, given: float, value: float, stated: Parameter, own: float, note: str) -> float:
-    """Check `value`, which is `given` in other units. Raises InvalidInput, in the key's units, if it is out of range.
+def _check_range(key: str, typed: float, value: float, stated: Parameter, si_per_unit: float, note: str) -> float:
+    """Check `value`, which is `typed` in other units. Raises InvalidInput, in the key's units, if it is out of range.
 
-    own: the unit of `value` in that of the key.
+    si_per_unit: the unit of `value` in that of the key.
     """
     if not stated.holds(value):
-        least, most = max(stated.least, stated.least * own), min(stated.most, stated.most * own)
+        least, most = max(stated.least, stated.least * si_per_unit), min(stated.most, stated.most * si_per_unit)
         bounds = dataclasses.replace(stated, least=least, most=most, note=note)
-        require(key, given, False, partial(bounds.describe_range, whole=False))
+        require(key, typed, False, partial(bounds.describe_range, whole=False))
     return value
 
 
@@ -372,15 +374,17 @@ def natural_period(spring_stiffness: float, pin_mass: float) -> float:
 def only_length(parameters: Mapping[str, Any]) -> tuple[str, Any] | None:
     """Find which of the `DURATIONS` these parameters give, and its value; None if none is given. Raises InvalidInput
     for two."""
-    given = [(name, parameters[name]) for name in DURATIONS if parameters.get(name) is not None]
-    for other, value in given[1:]:
-        require(other, value, False, f"to be left out beside {given[0][0]} = {quote_value(given[0][1])}")
+    lengths = [(name, parameters[name]) for name in DURATIONS if parameters.get(name) is not None]
+    for other, value in lengths[1:]:
+        require(other, value, False, f"to be left out beside {lengths[0][0]} = {quote_value(lengths[0][1])}")
     stroke = parameters.get("stage_stroke")
-    if given and given[0][1] != AUTO and stroke is not None:
+    if lengths and lengths[0][1] != AUTO and stroke is not None:
         require(
-            *given[0], False, f"to be left out beside stage_stroke = {quote_value(stroke)}: stage_cycles end the drive"
+            *lengths[0],
+            False,
+            f"to be left out beside stage_stroke = {quote_value(stroke)}: stage_cycles end the drive",
         )
-    return given[0] if given else None
+    return lengths[0] if lengths else None
 
 
 def convert_to_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]:
@@ -388,24 +392,26 @@ def convert_to_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[s
 
     pin_mass: in kg. Raises InvalidInput if two are given, for a stage that never gets as far, and for values out of range.
     """
-    key, given = only_length(parameters) or ("duration", None)
-    found = {name: value for name, value in parameters.items() if name not in (PERIODS, TRAVEL, FREQUENCY)}
+    key, stated_length = only_length(parameters) or ("duration", None)
+    in_seconds = {name: value for name, value in parameters.items() if name not in (PERIODS, TRAVEL, FREQUENCY)}
     if parameters.get(FREQUENCY) is not None and parameters.get("stage_stroke") is not None:
-        found["stage_velocity"] = _velocity_of_cycles(parameters)
+        in_seconds["stage_velocity"] = _velocity_of_cycles(parameters)
     if key == "duration":
-        return {name: None if name == "duration" and value == AUTO else value for name, value in found.items()}
-    value = as_float(key, given)
-    known: dict[str, Any] = {name: found[name] for name in ("spring_stiffness", "stage_velocity") if name in found}
-    drive = Drive.of({**si_defaults(), **known})
+        return {name: None if name == "duration" and value == AUTO else value for name, value in in_seconds.items()}
+    value = as_float(key, stated_length)
+    motion: dict[str, Any] = {
+        name: in_seconds[name] for name in ("spring_stiffness", "stage_velocity") if name in in_seconds
+    }
+    drive = Drive.of({**si_defaults(), **motion})
     if key == PERIODS:
         period = natural_period(drive.spring_stiffness, as_float("pin_mass", pin_mass))
-        duration, own, others = value * period, 1.0 / period, "pin_mass and spring_stiffness"
+        duration, unit, others = value * period, 1.0 / period, "pin_mass and spring_stiffness"
     else:
-        own, others = drive.stage_velocity, "stage_velocity"
-        require("stage_velocity", own, own > 0.0, f"stage_velocity > 0 with {TRAVEL}")
-        duration = value / own
+        unit, others = drive.stage_velocity, "stage_velocity"
+        require("stage_velocity", unit, unit > 0.0, f"stage_velocity > 0 with {TRAVEL}")
+        duration = value / unit
     stated = declared(Drive)["duration"]
-    return {**found, "duration": _check_range(key, value, duration, stated, own, f" with this {others}")}
+    return {**in_seconds, "duration": _check_range(key, value, duration, stated, unit, f" with this {others}")}
 
 
 def parameters_of_a_drive() -> Mapping[str, Parameter]:
@@ -416,8 +422,8 @@ def parameters_of_a_drive() -> Mapping[str, Parameter]:
 def si_defaults() -> dict[str, Any]:
     """The paper's drive in SI, by parameter."""
     defaults = {item.name: item.default for item in dataclasses.fields(Drive)}
-    found = {name: stated.si for name, stated in declared(Drive).items()}
-    return {name: defaults[name] if value is None else value for name, value in found.items()}
+    stated_defaults = {name: stated.si for name, stated in declared(Drive).items()}
+    return {name: defaults[name] if value is None else value for name, value in stated_defaults.items()}
 
 
 # Times that a drive needs.

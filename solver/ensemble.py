@@ -138,15 +138,15 @@ def _shift_profile(xi: Floats, rows: Floats, place: float) -> tuple[Floats, ...]
     # Continued by its mirror image a profile has twice its length as period, and no jump where it begins
     # anew.
     first, period = xi[0], 2.0 * np.ptp(xi)
-    there = np.concatenate((xi, 2.0 * xi[-1] - xi[-2:0:-1]))
-    moved = first + (there - first - place * period) % period
+    places = np.concatenate((xi, 2.0 * xi[-1] - xi[-2:0:-1]))
+    moved = first + (places - first - place * period) % period
     inside = np.sort(moved[(moved - first >= LEAST_APART) & (xi[-1] - moved >= LEAST_APART)])
     are_apart = np.diff(inside, prepend=-math.inf) >= LEAST_APART
     knots = np.concatenate((xi[:1], inside[are_apart], xi[-1:]))
     # To and fro over the heights: where one period ends, the next begins.
     back = (heights[-2:0:-1] for heights in rows)
     mirrored = map(np.append, rows, back)
-    rises = [np.interp(knots + place * period, there, heights, period=period) for heights in mirrored]
+    rises = [np.interp(knots + place * period, places, heights, period=period) for heights in mirrored]
     return knots, np.array(rises)
 
 
@@ -159,13 +159,13 @@ def fewest_members(members: int) -> float:
     return max(min(FEWEST, members), members / 2.0)
 
 
-def omission_error(without: Sequence[float], whole: Sequence[float]) -> float:
+def omission_error(without: Sequence[float], with_all: Sequence[float]) -> float:
     """Relative error of a mean by omitted effects: |change| plus twice its ±, over the mean with all effects.
 
     Both are computed from the same members, so scatter cancels. Infinite if unknown.
     """
-    change = mean_of(np.subtract(without, whole))
-    mean = mean_of(np.array(whole, float))
+    change = mean_of(np.subtract(without, with_all))
+    mean = mean_of(np.array(with_all, float))
     if not mean.mean:
         return math.inf
     error = float((abs(change.mean) + 2.0 * change.uncertainty) / abs(mean.mean))
@@ -189,12 +189,12 @@ def mean_of(values: ArrayLike, shared: Floats | float = 0.0) -> Mean:
     shared: error that all members share, a part of ± (...).
     """
     values = np.asarray(values, float)
-    there = np.isfinite(values)
-    having, most = there.sum(axis=-1), values.shape[-1]
+    is_finite = np.isfinite(values)
+    having, most = is_finite.sum(axis=-1), values.shape[-1]
     enough = having >= fewest_members(most)
     # 1 where no mean is stated: nothing is divided by 0.
     count = np.where(enough, having, 1)
-    mean = np.where(there, values, 0.0).sum(axis=-1) / count
+    mean = np.where(is_finite, values, 0.0).sum(axis=-1) / count
     off = values - mean[..., None]
     with np.errstate(divide="ignore", invalid="ignore"):
         squared_error = (off * off).sum(axis=-1) / (most - 1.0) / most

@@ -87,9 +87,9 @@ class LoadPath:
         if self.amplitude and self.stroke:
             raise InvalidInput("amplitude", self.amplitude, "one of them", {"stroke": self.stroke})
         ways = ("amplitude", "stroke", "slid", "visited_loads")
-        given = {name: getattr(self, name) for name in ways if getattr(self, name)}
-        if self.legs and given:
-            raise InvalidInput("legs", ABSENT, "one or the other", given)
+        ways_stated = {name: getattr(self, name) for name in ways if getattr(self, name)}
+        if self.legs and ways_stated:
+            raise InvalidInput("legs", ABSENT, "one or the other", ways_stated)
         require("legs", self.legs, not self.legs or len(self.legs[0]) == 2, "pairs of displacement and load")
         for _, load in self.legs:
             require("legs", load, load >= LEAST_LOAD, f"loads ≥ {LEAST_LOAD:g}, over normal_load")
@@ -121,7 +121,7 @@ class LoadPath:
         middle, load = self.slid * presliding_length if self.slid else 0.0, normal_load
         if self.slid:
             yield middle, load
-        for load in (each * normal_load for each in self.visited_loads):
+        for load in (share * normal_load for share in self.visited_loads):
             yield middle, load
         if self.cyclic:
             reach = self.stroke / 2.0 or self.amplitude * presliding_length

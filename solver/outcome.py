@@ -123,9 +123,9 @@ class Outcome:
 
     def adding(self, more: "Outcome") -> "Outcome":
         """Outcome with a message more; the ending stays."""
-        both = [each for each in (self, more) if each.message]
-        cause = "; ".join(each.kind for each in both) if any(each.cause for each in both) else ""
-        return Outcome(self.ending, "; ".join(each.message for each in both), self.longer or more.longer, cause)
+        both = [outcome for outcome in (self, more) if outcome.message]
+        cause = "; ".join(outcome.kind for outcome in both) if any(outcome.cause for outcome in both) else ""
+        return Outcome(self.ending, "; ".join(outcome.message for outcome in both), self.longer or more.longer, cause)
 
     def naming(self, key: str) -> "Outcome":
         """Outcome whose message advises to raise the key that gives the duration of the drive, if a longer drive
@@ -200,8 +200,8 @@ class InvalidInput(SolverError, ValueError):
 
     def __str__(self) -> str:
         values = {self.key: self.value, **self.beside}
-        given = (key if value is ABSENT else f"{key} = {quote_value(value)}" for key, value in values.items())
-        return ": needs ".join(filter(None, (" with ".join(given), self.need)))
+        entries = (key if value is ABSENT else f"{key} = {quote_value(value)}" for key, value in values.items())
+        return ": needs ".join(filter(None, (" with ".join(entries), self.need)))
 
 
 class SingularOperator(SolverError):

@@ -141,13 +141,16 @@ class Quantity:
         if not self.ensemble:
             return tuple(self.counts().values())
         half, unit = f"± of {self.meaning}", (self.units, self.per, self.measure)
-        found = (
+        quantities = (
             Quantity(self.uncertainty, half, *unit, comment=PLUS_MINUS),
             Quantity(self.members, f"members that have {self.name}"),
         )
         if not self.shared:
-            return found
-        return (*found, Quantity(self.shared_error, f"shared part of the {half}", *unit, comment=_SHARED[self.shared]))
+            return quantities
+        return (
+            *quantities,
+            Quantity(self.shared_error, f"shared part of the {half}", *unit, comment=_SHARED[self.shared]),
+        )
 
 
 def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> Any:
@@ -189,9 +192,9 @@ def attributes(quantity: Quantity) -> dict[str, Any]:
     if names := quantity.codes or quantity.words:
         more["flag_values"] = np.arange(len(names), dtype=np.int8)
         more["flag_meanings"] = " ".join(names)
-    given = {name: value for name, value in more.items() if len(value)}
+    texts = {name: value for name, value in more.items() if len(value)}
     units = {} if quantity.words or not quantity.units else {"units": quantity.units}
-    return {"long_name": quantity.long_name} | units | given
+    return {"long_name": quantity.long_name} | units | texts
 
 
 def _name_quantity(declared: Quantity, key: str) -> Quantity:
@@ -277,8 +280,8 @@ class Parameter:
 
 def parameter(default: Any = MISSING, *, meaning: str, **declared: Any) -> Any:
     """A dataclass field that is a parameter; `Parameter` explains the arguments."""
-    found = Parameter(meaning, **declared)
-    return dataclasses.field(default=default, metadata={_PARAMETER_KEY: found})
+    stated = Parameter(meaning, **declared)
+    return dataclasses.field(default=default, metadata={_PARAMETER_KEY: stated})
 
 
 _declared: dict[type, Mapping[str, Parameter]] = {}
@@ -288,8 +291,8 @@ _declared: dict[type, Mapping[str, Parameter]] = {}
 def declared(kind: type) -> Mapping[str, Parameter]:
     """The parameters among the fields of a dataclass, by name, in their order."""
     if kind not in _declared:
-        own = (item for item in fields(kind) if _PARAMETER_KEY in item.metadata)
-        _declared[kind] = MappingProxyType({item.name: _complete_parameter(item, kind) for item in own})
+        parameters = (item for item in fields(kind) if _PARAMETER_KEY in item.metadata)
+        _declared[kind] = MappingProxyType({item.name: _complete_parameter(item, kind) for item in parameters})
     return _declared[kind]
 
 
@@ -319,13 +322,18 @@ def merge_parameters(*kinds: type) -> Mapping[str, Parameter]:
     return MappingProxyType({name: stated for kind in kinds for name, stated in declared(kind).items()})
 
 
-def refuse_unknown(given: Mapping[str, Any], stated: Mapping[str, Parameter], owner: str) -> None:
+def refuse_unknown(values: Mapping[str, Any], stated: Mapping[str, Parameter], owner: str) -> None:
     """Raise InvalidInput, with the nearest name, for a key that is no parameter's name. owner: of the parameters, in words."""
-    for key in given.keys() - stated.keys():
-        spelt = {text: name for name, each in stated.items() for text in (each.symbol, each.word, name) if text}
+    for key in values.keys() - stated.keys():
+        spelt = {
+            text: name
+            for name, parameter in stated.items()
+            for text in (parameter.symbol, parameter.word, name)
+            if text
+        }
         near = difflib.get_close_matches(str(key)[:SHOWN], spelt, 1, cutoff=0.5)
         meant = "".join(f"; nearest: {spelt[text]}" for text in near)
-        raise InvalidInput(key, given[key], f"the name of a parameter of {owner}{meant}")
+        raise InvalidInput(key, values[key], f"the name of a parameter of {owner}{meant}")
 
 
 def validate(value: Any) -> None:
@@ -335,15 +343,15 @@ def validate(value: Any) -> None:
     if kind not in _checks:
         types = {item.name: item.type for item in fields(kind)}
         checks = tuple(_Check.make(name, stated, types[name]) for name, stated in declared(kind).items())
-        _checks[kind] = checks, attrgetter(*(each.name for each in checks), "__class__"), [_NOTHING] * len(checks)
+        _checks[kind] = checks, attrgetter(*(check.name for check in checks), "__class__"), [_NOTHING] * len(checks)
     checks, values_of, accepted = _checks[kind]
-    for place, given in enumerate(values_of(value)[:-1]):
-        if given is not accepted[place]:  # of a campaign's many cases most values are the last one's
-            taken = checks[place].convert_value(given)
-            if taken is given:
-                accepted[place] = given
+    for place, entry in enumerate(values_of(value)[:-1]):
+        if entry is not accepted[place]:  # of a campaign's many cases most values are the last one's
+            accepted_value = checks[place].convert_value(entry)
+            if accepted_value is entry:
+                accepted[place] = entry
             else:
-                object.__setattr__(value, checks[place].name, taken)
+                object.__setattr__(value, checks[place].name, accepted_value)
 
 
 _NOTHING = object()
@@ -364,22 +372,22 @@ class _Check(NamedTuple):
     def make(cls, name: str, stated: Parameter, kind: Any) -> Self:
         return cls(name, stated, type(None) in get_args(kind), field_choices(kind), _field_conversion(kind))
 
-    def convert_value(self, given: Any) -> Any:
+    def convert_value(self, entered: Any) -> Any:
         """The value in its declared type. Raises InvalidInput."""
-        if given is None and self.optional:
+        if entered is None and self.optional:
             return None
         if self.choices:
-            if not (isinstance(given, str) and given in self.choices):
-                require(self.name, given, False, f"one of {', '.join(self.choices)}{self.stated.note}")
-            return given
+            if not (isinstance(entered, str) and entered in self.choices):
+                require(self.name, entered, False, f"one of {', '.join(self.choices)}{self.stated.note}")
+            return entered
         if self.plain is None:
-            return given
-        value = _CONVERSIONS[self.plain](self.name, given)
+            return entered
+        value = _CONVERSIONS[self.plain](self.name, entered)
         several = value if self.stated.columns or self.stated.listed else ()
-        for each in (value,) if self.plain in (int, float) else several:
-            numbers = each if self.plain is Roughness else (each,)
+        for entry in (value,) if self.plain in (int, float) else several:
+            numbers = entry if self.plain is Roughness else (entry,)
             if not all(map(self.stated.holds, numbers)):
-                require(self.name, each, False, partial(self.stated.describe_range, whole=self.plain is int))
+                require(self.name, entry, False, partial(self.stated.describe_range, whole=self.plain is int))
         return value
 
 
@@ -389,52 +397,52 @@ _checks: dict[type, tuple[tuple[_Check, ...], Callable[[Any], Any], list[Any]]] 
 
 def field_choices(kind: Any) -> tuple[str, ...]:
     """The words that a field of this type takes; none if it takes others than words."""
-    literal = next((each for each in (kind, *get_args(kind)) if get_origin(each) is Literal), None)
+    literal = next((alternative for alternative in (kind, *get_args(kind)) if get_origin(alternative) is Literal), None)
     return get_args(literal) if literal is not None else ()
 
 
-def as_float(name: str, given: Any) -> float:
+def as_float(name: str, value: Any) -> float:
     """A number as a float. Raises InvalidInput if it is none, or more than floats hold."""
-    if type(given) is float and not math.isnan(given):
+    if type(value) is float and not math.isnan(value):
         # -0.0 and 0.0 are one number; others stay the objects that they are: millions of cases share them.
-        return given or 0.0
-    fits = not isinstance(given, int) or abs(given) <= sys.float_info.max
-    require(name, given, fits, f"a number of at most {sys.float_info.max:.2g}")
-    number = not isinstance(given, bool | str) and _converts(float, given) and not math.isnan(float(given))
-    measured = isinstance(given, str) and given[:1].isdigit() and given[-1:].isalpha()
-    require(name, given, number, f"a number{_NO_UNIT if measured else ''}")
-    return float(given) + 0.0
+        return value or 0.0
+    fits = not isinstance(value, int) or abs(value) <= sys.float_info.max
+    require(name, value, fits, f"a number of at most {sys.float_info.max:.2g}")
+    number = not isinstance(value, bool | str) and _converts(float, value) and not math.isnan(float(value))
+    measured = isinstance(value, str) and value[:1].isdigit() and value[-1:].isalpha()
+    require(name, value, number, f"a number{_NO_UNIT if measured else ''}")
+    return float(value) + 0.0
 
 
 _NO_UNIT: Final = " without a unit; lengths, loads, scales and drives of a campaign may have one"
 
 
-def as_int(name: str, given: Any) -> int:
+def as_int(name: str, value: Any) -> int:
     """A whole number as an int. Raises InvalidInput if it is none."""
-    whole = not isinstance(given, bool | str) and _converts(int, given) and int(given) == given
-    require(name, given, whole, "a whole number")
-    return int(given)
+    is_whole = not isinstance(value, bool | str) and _converts(int, value) and int(value) == value
+    require(name, value, is_whole, "a whole number")
+    return int(value)
 
 
-def _as_bool(name: str, given: Any) -> bool:
-    require(name, given, isinstance(given, bool), "true or false")
-    return bool(given)
+def _as_bool(name: str, value: Any) -> bool:
+    require(name, value, isinstance(value, bool), "true or false")
+    return bool(value)
 
 
-def _as_points(name: str, given: Any) -> Roughness:
+def _as_points(name: str, value: Any) -> Roughness:
     try:
-        points = tuple(tuple([as_float(name, number) for number in point]) for point in given)
+        points = tuple(tuple([as_float(name, number) for number in point]) for point in value)
     except TypeError:
         points = ((),)
     alike = {len(point) for point in points}
-    require(name, given, alike <= {2} or alike == {3}, "points of two numbers each; of an image (ξ, y, height)")
-    require(name, given, all(map(math.isfinite, itertools.chain(*points))), "finite numbers")
+    require(name, value, alike <= {2} or alike == {3}, "points of two numbers each; of an image (ξ, y, height)")
+    require(name, value, all(map(math.isfinite, itertools.chain(*points))), "finite numbers")
     return points
 
 
-def _as_numbers(name: str, given: Any) -> Numbers:
-    require(name, given, isinstance(given, Iterable) and not isinstance(given, str), "a list of numbers")
-    return tuple(as_float(name, each) for each in given)
+def _as_numbers(name: str, value: Any) -> Numbers:
+    require(name, value, isinstance(value, Iterable) and not isinstance(value, str), "a list of numbers")
+    return tuple(as_float(name, number) for number in value)
 
 
 _CONVERSIONS: dict[Any, Callable[[str, Any], Any]] = {
@@ -454,9 +462,9 @@ def _field_conversion(kind: Any) -> Any:
     return next((plain for plain in _CONVERSIONS if plain in kinds), None)
 
 
-def _converts(kind: type, given: Any) -> bool:
+def _converts(kind: type, value: Any) -> bool:
     try:
-        kind(given)
+        kind(value)
     except (TypeError, ValueError, OverflowError):
         return False
     return True
@@ -503,18 +511,18 @@ class Family(dict[str, type[T]]):
     def member(self, parameters: Mapping[str, Any], default: str) -> T:
         """The member that these parameters choose, with its settings among them. Raises InvalidInput for another's settings."""
         chosen = parameters.get(self.word, default)
-        own: Mapping[str, Any] = {}
+        chosen_settings: Mapping[str, Any] = {}
         if not isinstance(chosen, str) and type(chosen) in self.values():
-            own = {name: getattr(chosen, name) for name in declared(type(chosen))}
+            chosen_settings = {name: getattr(chosen, name) for name in declared(type(chosen))}
             chosen = chosen.name
         kind = self.find_member(chosen)
-        given = {**parameters, **own}
-        given = {name: given[name] for name in self.settings() if given.get(name) is not None}
-        for name, value in given.items():
+        settings = {**parameters, **chosen_settings}
+        settings = {name: settings[name] for name in self.settings() if settings.get(name) is not None}
+        for name, value in settings.items():
             owners = self.settings()[name]
             needed = " or ".join(f'"{owner.name}"' for owner in owners)
             require(name, value, kind in owners, f"{self.word} = {needed}")
-        return kind(**given)
+        return kind(**settings)
 
     def flat(self, member: Any) -> dict[str, Any]:
         """Choice and settings of all members, by parameter; None for settings of the other members."""

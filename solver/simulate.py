@@ -70,9 +70,9 @@ class DriveResult(Viewed):
         """Plot of forces over time, with static and kinetic friction if known."""
         picture, end = self.motion.picture(self.record.normal_load), self.motion.end_time
         levels = {"μ_s": self.coefficients.static_friction, "μ_k": self.coefficients.kinetic_friction}
-        known = {name: level for name, level in levels.items() if math.isfinite(level)}
+        finite_levels = {name: level for name, level in levels.items() if math.isfinite(level)}
         ends = np.array([0.0, end])
-        lines = (Curve(ends, np.full(2, level), name, "--") for name, level in known.items())
+        lines = (Curve(ends, np.full(2, level), name, "--") for name, level in finite_levels.items())
         return picture._replace(curves=(*picture.curves, *lines))
 
 

@@ -139,8 +139,8 @@ class Slab:
         if not isinstance(settings, Scheme):
             settings = SCHEMES.find_member(settings)()
         require("n_x", self.n_x, settings.takes(self.n_x), settings.sizes)
-        taken = settings.incompressible or self.poisson < 0.5
-        require("poisson", self.poisson, taken, "less than 0.5 with a grid; others take 0.5")
+        is_allowed = settings.incompressible or self.poisson < 0.5
+        require("poisson", self.poisson, is_allowed, "less than 0.5 with a grid; others take 0.5")
         # Settings may depend on the spacing, and so on the layout of their own scheme.
         object.__setattr__(self, "scheme", settings)
         object.__setattr__(self, "scheme", settings.complete_settings(self))
@@ -150,14 +150,14 @@ class Slab:
         """Build the slab from parameters by name, the scheme's included. Raises InvalidInput, for unknown names
         too."""
         refuse_unknown(parameters, parameters_of_a_slab(), "a slab")
-        own = {name: parameters[name] for name in declared(cls) if name in parameters}
-        return cls(**{**own, "scheme": SCHEMES.member(parameters, "galerkin")})
+        numbers = {name: parameters[name] for name in declared(cls) if name in parameters}
+        return cls(**{**numbers, "scheme": SCHEMES.member(parameters, "galerkin")})
 
     @property
     def flat(self) -> dict[str, Any]:
         """Every parameter of the slab, its scheme by name and that one's settings beside it; None for other schemes'."""
-        own = {name: getattr(self, name) for name in declared(type(self))}
-        return own | SCHEMES.flat(self.scheme)
+        numbers = {name: getattr(self, name) for name in declared(type(self))}
+        return numbers | SCHEMES.flat(self.scheme)
 
     @property
     def layout(self) -> Layout:

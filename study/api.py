@@ -231,12 +231,12 @@ def records(campaign: Campaign, **selection: Any) -> list[FrictionRecord]:
     possible = [campaign_case.case for campaign_case in expand(manifest) if campaign_case.case is not None]
     if strangers := selection.keys() - parameters_of_a_case().keys():
         raise KeyError(f"{sorted(strangers)[0]}: no parameter of a case")
-    found = [case for case in possible if _has_values(case, selection)]
-    if not found:
+    matching = [case for case in possible if _has_values(case, selection)]
+    if not matching:
         raise KeyError(f"no case has {selection}")
-    if len(found) > 1:
-        raise ValueError(f"{len(found)} cases have {selection}: needs to single out one")
-    case, ensemble = found[0], manifest.ensemble
+    if len(matching) > 1:
+        raise ValueError(f"{len(matching)} cases have {selection}: needs to single out one")
+    case, ensemble = matching[0], manifest.ensemble
     # Sums depend on the number of threads.
     with threadpoolctl.threadpool_limits(limits=1):
         compliance = surface_compliance(case.slab)
@@ -282,10 +282,10 @@ def open(path: AnyPath, *, si: bool = False) -> xr.Dataset:
     The dataset has the scalars of the cases, its accessor `.nanoslip` (`nanoslip.study.dataset.access`) records, trajectories and
     contacts. Axes with a single value stay dimensions, so `.sel(radius=200.0)` means the same in every campaign.
     """
-    given = Path(path)
-    if given.suffix == ".toml":
+    location = Path(path)
+    if location.suffix == ".toml":
         raise StoreError(f"{path}: a campaign: needs results.nc, which its run writes, or the folder that it is in")
-    dataset = file.open_dataset(given / file.FILE if given.is_dir() else given)
+    dataset = file.open_dataset(location / file.FILE if location.is_dir() else location)
     return accessor.lay_along_si(dataset) if si else dataset
 
 
@@ -305,10 +305,10 @@ def concat(
         raise ValueError(f'join = {join!r}: needs "product" or "outer"')
     if isinstance(sources, str | Path | xr.Dataset):
         raise ValueError(f"sources: needs a list of datasets or paths, and is one {type(sources).__name__}")
-    given = list(sources)
+    listed = list(sources)
     names, roots = list[str](), list[xr.Dataset]()
     with ExitStack() as stack:
-        for number, source in enumerate(given, 1):
+        for number, source in enumerate(listed, 1):
             if isinstance(source, xr.Dataset):
                 names.append(f"dataset {number}")
                 roots.append(source)
@@ -325,17 +325,17 @@ def read_campaign(campaign: Campaign) -> Manifest:
     require("campaign", campaign, is_known_kind, need)
     if not isinstance(campaign, Mapping):
         return load_manifest(shipped.campaign_file(Path(campaign)))
-    given, frames = dict(campaign), dict[str, str]()
-    frame: Any = given.get("table")
+    content, frames = dict(campaign), dict[str, str]()
+    frame: Any = content.get("table")
     # A DataFrame of pandas.
     if hasattr(frame, "to_csv"):
-        given["table"], frames["table"] = "table.csv", frame.to_csv(index=False)
+        content["table"], frames["table"] = "table.csv", frame.to_csv(index=False)
     try:
-        text = as_toml(given)
+        text = as_toml(content)
     except TypeError as error:
         raise ManifestError.in_file(DICT, remark=str(error)) from None
     beside = {}
-    for key, names in files_in_campaign(given).items():
+    for key, names in files_in_campaign(content).items():
         if key not in frames:
             texts = [read_text(Path(name)) for name in names]
             beside[key] = BETWEEN.join(texts)

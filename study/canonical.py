@@ -99,15 +99,15 @@ class Texts:
         rest = its.rest(value)
         # By identity, as parts are shared, and hashing them would take longer than all else.
         alike = (self._others(value), *map(id, rest))
-        found, _ = self._patterns.get(alike, (None, None))
-        if found is None:
+        pattern, _ = self._patterns.get(alike, (None, None))
+        if pattern is None:
             if len(self._patterns) >= MOST_PATTERNS:
                 self._patterns.clear()
-            found = _pattern(self._content(value), its.names)
+            pattern = _pattern(self._content(value), its.names)
             # While the parts are kept no other object has their identity.
-            self._patterns[alike] = found, rest
+            self._patterns[alike] = pattern, rest
         numbers = its.numbers(value)
-        return CanonicalText(found.text % tuple([numbers[place].hex() for place in found.places]))
+        return CanonicalText(pattern.text % tuple([numbers[place].hex() for place in pattern.places]))
 
 
 def _canonical_fields(kind: type) -> _Fields:

@@ -59,9 +59,9 @@ def model() -> str:
 def features() -> str:
     """Features of the processor that change bits, from Linux, elsewhere the architecture; and SETTINGS."""
     deciding = [word for word in processor.instructions() if word.startswith(_DECIDING)]
-    own = sorted(deciding) or [platform.machine()]
+    instructions = sorted(deciding) or [platform.machine()]
     settings = [f"{name}={os.environ[name]}" for name in SETTINGS if os.environ.get(name)]
-    return " ".join((*own, *settings))
+    return " ".join((*instructions, *settings))
 
 
 def blas() -> str:
@@ -248,10 +248,10 @@ def _folders(package: str) -> list[str]:
 
 
 def _locate_package(module: str) -> ModuleSpec:
-    found = importlib.util.find_spec(module)
+    spec = importlib.util.find_spec(module)
     # Without the package this line would not run.
-    assert found is not None
-    return found
+    assert spec is not None
+    return spec
 
 
 def source_hash(files: Iterable[Path]) -> str:
@@ -267,12 +267,12 @@ def stemming(*parts: Origins) -> Origins:
     return tuple(sorted({origin for part in parts for origin in part}))
 
 
-def from_data(found: Iterable[Mapping[str, str]]) -> Origins:
+def from_data(entries: Iterable[Mapping[str, str]]) -> Origins:
     """Origins from plain data; missing entries are unknown."""
-    known = {item.name for item in fields(Origin)}
+    facts_known = {item.name for item in fields(Origin)}
     origins = []
-    for entry in found:
-        facts = {name: fact for name, fact in entry.items() if name in known}
+    for entry in entries:
+        facts = {name: fact for name, fact in entry.items() if name in facts_known}
         origins.append(Origin(**facts))
     return tuple(origins)
 
@@ -286,8 +286,8 @@ def foreign_among(results: Mapping[str, Origins]) -> dict[str, Origins]:
     """Results that depend on other software than the present one."""
     home = here()
     # Each combination once: of millions of results there are few.
-    known = {origins: foreign(origins, home) for origins in set(results.values())}
-    return {key: origins for key, origins in results.items() if known[origins]}
+    is_foreign = {origins: foreign(origins, home) for origins in set(results.values())}
+    return {key: origins for key, origins in results.items() if is_foreign[origins]}
 
 
 def census(results: Iterable[Origins]) -> Counter[Origin]:

@@ -12,15 +12,15 @@ DESCRIPTION = Path("/proc/cpuinfo")
 @lru_cache(maxsize=1)
 def description() -> Mapping[str, str]:
     """Property of the first processor, in lower case -> its value."""
-    found: dict[str, str] = {}
+    properties: dict[str, str] = {}
     with suppress(OSError), DESCRIPTION.open(encoding="utf-8", errors="replace") as lines:
         for line in lines:
             # What follows describes the other processors.
             if not line.strip():
                 break
             name, _, value = line.partition(":")
-            found[name.strip().lower()] = value.strip()
-    return MappingProxyType(found)
+            properties[name.strip().lower()] = value.strip()
+    return MappingProxyType(properties)
 
 
 def model() -> str:
@@ -30,5 +30,5 @@ def model() -> str:
 
 def instructions() -> tuple[str, ...]:
     """Names of its instructions, as Linux gives them for x86 (`flags`) and ARM (`features`)."""
-    found = description()
-    return tuple(found.get("flags", found.get("features", "")).split())
+    properties = description()
+    return tuple(properties.get("flags", properties.get("features", "")).split())

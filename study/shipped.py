@@ -29,9 +29,9 @@ def starters() -> dict[str, Path]:
     return {Path(name).name: path for name, path in files if name.startswith("starters/")}
 
 
-def campaign_file(given: Path) -> Path:
+def campaign_file(path: Path) -> Path:
     """Campaign file by path or name: an existing file takes precedence over a shipped campaign with the same name."""
     # `Path.exists` raises an error for a name that is too long to be one, as a whole text of a campaign.
-    if os.path.exists(given):
-        return given
-    return campaign_files().get(given.as_posix(), given)
+    if os.path.exists(path):
+        return path
+    return campaign_files().get(path.as_posix(), path)

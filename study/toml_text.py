@@ -31,16 +31,16 @@ def as_toml(document: Mapping[str, Any]) -> str:
     for key, value in document.items():
         if isinstance(value, Mapping):
             sections.append(f"[{_key(key)}]\n" + _lines(value, f"{key}."))
-        elif isinstance(value, list | tuple) and value and all(isinstance(each, Mapping) for each in value):
-            sections += [f"[[{_key(key)}]]\n" + _lines(each, f"{key}[{place}].") for place, each in enumerate(value)]
+        elif isinstance(value, list | tuple) and value and all(isinstance(item, Mapping) for item in value):
+            sections += [f"[[{_key(key)}]]\n" + _lines(item, f"{key}[{place}].") for place, item in enumerate(value)]
         else:
             values.append(_lines({key: value}, ""))
     return "\n".join(["".join(values), *sections])
 
 
 def _lines(table: Mapping[str, Any], where: str) -> str:
-    given = {key: value for key, value in table.items() if value is not None}
-    return "".join(f"{_key(key)} = {_value(value, f'{where}{key}')}\n" for key, value in given.items())
+    stated = {key: value for key, value in table.items() if value is not None}
+    return "".join(f"{_key(key)} = {_value(value, f'{where}{key}')}\n" for key, value in stated.items())
 
 
 def _key(key: object) -> str:
@@ -61,10 +61,10 @@ def _value(value: Any, where: str) -> str:
     if isinstance(value, int | float):
         return float.__repr__(value) if isinstance(value, float) else int.__repr__(value)
     if isinstance(value, Mapping):
-        inside = (f"{_key(key)} = {_value(each, f'{where}.{key}')}" for key, each in value.items() if each is not None)
+        inside = (f"{_key(key)} = {_value(item, f'{where}.{key}')}" for key, item in value.items() if item is not None)
         return "{" + ", ".join(inside) + "}"
     if isinstance(value, list | tuple | range):
-        return "[" + ", ".join(_value(each, f"{where}[{place}]") for place, each in enumerate(value)) + "]"
+        return "[" + ", ".join(_value(item, f"{where}[{place}]") for place, item in enumerate(value)) + "]"
     # Arrays and numbers of numpy.
     if hasattr(value, "tolist"):
         return _value(value.tolist(), where)

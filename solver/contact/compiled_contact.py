@@ -265,20 +265,20 @@ def _window_numbers(of_pin: float | Vector, window: Window) -> Vector:
 def contact_value(compiled: CompiledContact, outcome: Outcome) -> ContactState:
     """A compiled contact as a value; nodes beyond its window follow from the compliance."""
     state, n = compiled.state, compiled.case.slab.nodes
-    given, response = (values[:-1].reshape(2, -1) for values in (state.inputs, state.response))
+    prescribed, response = (values[:-1].reshape(2, -1) for values in (state.inputs, state.response))
     contact = np.zeros(n, dtype=np.bool_)
     contact[compiled.window] = state.contact
     forces = np.zeros((2, n))
     forces[:, compiled.window] = np.where(state.contact, response, 0.0)
     approach = float(state.response[-1])
-    whole = len(state.x) == n
+    follows_all = len(state.x) == n
     # A window of all nodes leaves nothing to compute.
-    uv = np.zeros((2, n)) if whole else compiled.compliance.displacements(forces)
+    uv = np.zeros((2, n)) if follows_all else compiled.compliance.displacements(forces)
     uv[1] += approach
-    uv[:, compiled.window] = np.where(state.contact, given, response)
+    uv[:, compiled.window] = np.where(state.contact, prescribed, response)
     moved, slips = float(state.scalars["displacement"]), int(state.scalars["slips"])
-    found = (contact, forces, uv[0], uv[1], approach, moved, slips)
-    return state_from_forces(compiled.case, compiled.compliance.widths, *found, outcome, compiled.first_node)
+    reached = (contact, forces, uv[0], uv[1], approach, moved, slips)
+    return state_from_forces(compiled.case, compiled.compliance.widths, *reached, outcome, compiled.first_node)
 
 
 def has_node_beyond_window(compiled: CompiledContact, state: ContactState) -> bool:

@@ -109,11 +109,11 @@ def convolve_contact(case: Case, convolution: SurfaceConvolution) -> NormalConta
         force, v, approach = press_by_convolution(convolution, contact, heights - lowest, force, precision * scale)
         before, u = u, _sideways(case, convolution, force)
         heights = pin.face(x + u)
-        found = NormalContact(contact, force, u, v + lowest, approach + lowest, converged=True)
-        wrong = wrong_nodes(case, found)
+        pressed = NormalContact(contact, force, u, v + lowest, approach + lowest, converged=True)
+        wrong = wrong_nodes(case, pressed)
         if not wrong.any():
-            if precision == LAST and np.abs(u - before).max() <= rounding_at_rest(case, found):
-                return found
+            if precision == LAST and np.abs(u - before).max() <= rounding_at_rest(case, pressed):
+                return pressed
             # The set is right at a coarse precision: once more, as exactly as it will be stated.
             precision = LAST
             continue
@@ -121,7 +121,7 @@ def convolve_contact(case: Case, convolution: SurfaceConvolution) -> NormalConta
         # One node at a time rests on the sign of single forces: only exact ones can decide it.
         precision = max(precision * FINER, LAST) if all_at_once else LAST
         force = _spread(case, contact, force)
-    return found._replace(contact=contact, normal_force=force, converged=False)
+    return pressed._replace(contact=contact, normal_force=force, converged=False)
 
 
 def _sideways(case: Case, convolution: SurfaceConvolution, force: Vector) -> Vector:

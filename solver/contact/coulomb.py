@@ -160,8 +160,8 @@ class CoulombContact:
             height = curvature * self.xi[nodes] ** 2 / 2 + across
             # Heights count from their middle: out on a sharp pin they are larger than all the load moves by far.
             middle = float(height.mean())
-            given = np.concatenate((self.u[nodes], height - middle, [-self.normal_load]))
-            answer, moved = _respond(self, nodes, given, self.sliding * self.node_strength)
+            prescribed = np.concatenate((self.u[nodes], height - middle, [-self.normal_load]))
+            answer, moved = _respond(self, nodes, prescribed, self.sliding * self.node_strength)
             self.u[nodes] += moved
             if np.abs(moved).max() <= 1e-14 * self.normal_load:
                 break
@@ -173,9 +173,9 @@ class CoulombContact:
         pin_rate, load_rate, _ = self.direction
         nodes = np.flatnonzero(self.contact)
         along, down = np.full(len(nodes), pin_rate), np.zeros(len(nodes))
-        given = np.concatenate((along, down, [-load_rate]))
+        prescribed = np.concatenate((along, down, [-load_rate]))
         # Strengths do not change as the pin moves.
-        answer, _ = _respond(self, nodes, given, np.zeros_like(self.sliding))
+        answer, _ = _respond(self, nodes, prescribed, np.zeros_like(self.sliding))
         return _everywhere(self.compliance, nodes, answer)
 
     @property
@@ -221,7 +221,7 @@ def limit_of_all(solved: CoulombContact) -> float:
 
 
 def _respond(
-    solved: CoulombContact, nodes: NDArray[np.int64], given: Vector, unpressed: Vector
+    solved: CoulombContact, nodes: NDArray[np.int64], prescribed: Vector, unpressed: Vector
 ) -> tuple[Vector, Vector]:
     """Answer u, v and -load at the nodes in contact with f_x, f_z and approach, sliding nodes moved along the pin so that
     they are at their limits; and by how much each has moved, (m,). unpressed: shear of sliding nodes without pressure, (n,).
@@ -235,32 +235,32 @@ def _respond(
     beyond *= share[:, None]
     beyond += stiffness.take(slide, 0)  # f_x + σ μ_i f_z, which is σ S at the limit: N is -f_z
     # A sliding node that moves by d along x moves by slope·d along z; its limit makes d linear in what is lacking.
-    lacking = unpressed[nodes[slide]] - beyond @ given
+    lacking = unpressed[nodes[slide]] - beyond @ prescribed
     try:
         by_move = beyond.take(slide, 1) + beyond.take(lifted, 1) * slope
         moved = np.linalg.solve(by_move, lacking)
     except np.linalg.LinAlgError as error:
         raise SingularOperator(f"{m} nodes with Coulomb friction: singular; lower μ_i", "coulomb") from error
-    given, along = given.copy(), np.zeros(m)
-    given[slide] += moved
-    given[lifted] += slope * moved
+    prescribed, along = prescribed.copy(), np.zeros(m)
+    prescribed[slide] += moved
+    prescribed[lifted] += slope * moved
     along[slide] = moved
-    return stiffness @ given, along
+    return stiffness @ prescribed, along
 
 
 def _set_up_stiffness(
-    compliance: Compliance, contact: NDArray[np.bool_], before: bytes, found: Floats, changes: int
+    compliance: Compliance, contact: NDArray[np.bool_], before: bytes, stiffness: Floats, changes: int
 ) -> tuple[bytes, Floats, int]:
     """Update the stiffness of an earlier contact to this contact, see `CoulombContact._set_up`."""
     key, nodes = contact.tobytes(), np.flatnonzero(contact)
     if key == before:
-        return before, found, changes
+        return before, stiffness, changes
     changed, changes = np.flatnonzero(np.frombuffer(before, np.bool_) != contact), changes + 1
     if len(changed) != 1 or changes * changes > len(nodes):  # an inverse costs as much as all these changes
         return key, contact_stiffness_matrix(compliance, nodes), 0
     if contact[changed[0]]:
-        return key, add_node(compliance, found, nodes, int(changed[0])), changes
-    return key, remove_node(found, int(np.searchsorted(nodes, changed[0]))), changes
+        return key, add_node(compliance, stiffness, nodes, int(changed[0])), changes
+    return key, remove_node(stiffness, int(np.searchsorted(nodes, changed[0]))), changes
 
 
 def _everywhere(compliance: Compliance, nodes: NDArray[np.int64], answer: Vector, middle: float = 0.0) -> Rates:
@@ -412,7 +412,7 @@ def next_change(solved: CoulombContact, rates: Rates) -> tuple[float, EventKind,
     closing = v_rate - solved.pin.curvature * solved.xi * (u_rate - solved.direction.pin_rate)
     may_touch = ~solved.contact & np.isfinite(solved.gap)
     steps[EventKind.TOUCH] = _time(solved.gap, closing, may_touch)
-    kind = min(steps, key=lambda each: float(steps[each].min()))
+    kind = min(steps, key=lambda change: float(steps[change].min()))
     step = float(steps[kind].min())
     # Of ties the node further ahead, as in `next_event`.
     ties = steps[kind] <= step * (1.0 + TIE)
@@ -472,6 +472,6 @@ def _time(room: Vector, rate: Vector, which: NDArray[np.bool_]) -> Vector:
 
 def coulomb_state(solved: CoulombContact, outcome: Outcome) -> ContactState:
     """A contact with classical Coulomb friction as a value."""
-    found = (solved.contact.copy(), solved.force, solved.u, solved.v, solved.approach)
+    reached = (solved.contact.copy(), solved.force, solved.u, solved.v, solved.approach)
     moved = (solved.displacement, solved.slips, outcome, solved.first_node)
-    return state_from_forces(solved.case, solved.compliance.widths, *found, *moved)
+    return state_from_forces(solved.case, solved.compliance.widths, *reached, *moved)

@@ -99,12 +99,12 @@ def diagnose_state(case: Case, compliance: Compliance, state: ContactState) -> C
     if carried and (outcome.ok or outcome.ending in CAUSED_BY_ROUNDING):
         where = (state.contact, state.u, state.displacement, state.first_node)
         softness = compliance.own_displacement()
-        found = soundness(case, softness, *where)
-        if outcome.ok and found.ok:
-            found = accuracy_of_heights(case, softness, state)
-        found = advise_on_pillars(case, found)
+        verdict = soundness(case, softness, *where)
+        if outcome.ok and verdict.ok:
+            verdict = accuracy_of_heights(case, softness, state)
+        verdict = advise_on_pillars(case, verdict)
         # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
-        outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome
+        outcome = verdict if outcome.ok or verdict.ending is Ending.ROUNDING else outcome
     return state if outcome is state.outcome else replace(state, outcome=outcome)
 
 
@@ -120,48 +120,48 @@ def _touch(case: Case, compliance: Compliance) -> ContactState:
 def _touch_without_shear(case: Case, compliance: Compliance) -> ContactState:
     """Solve the normal problem alone: nothing holds the surface, or nothing moves it sideways."""
     if isinstance(compliance, EndlessCompliance):
-        found = convolve_contact(case, compliance.convolution)
+        pressed = convolve_contact(case, compliance.convolution)
     else:
-        found = normal_contact(case, compliance, stuck=False)
-    outcome = COMPLETED if found.converged else _why_unsettled(case, compliance, found)
-    return _free_of_shear(case, compliance, found, _edge_error(case, found) or outcome)
+        pressed = normal_contact(case, compliance, stuck=False)
+    outcome = COMPLETED if pressed.converged else _why_unsettled(case, compliance, pressed)
+    return _free_of_shear(case, compliance, pressed, _edge_error(case, pressed) or outcome)
 
 
-def _free_of_shear(case: Case, compliance: Compliance, found: NormalContact, outcome: Outcome) -> ContactState:
+def _free_of_shear(case: Case, compliance: Compliance, pressed: NormalContact, outcome: Outcome) -> ContactState:
     """The state of a contact whose nodes bear pressure alone."""
-    forces = np.stack((np.zeros_like(found.normal_force), -found.normal_force))
+    forces = np.stack((np.zeros_like(pressed.normal_force), -pressed.normal_force))
     return state_from_forces(
-        case, compliance.widths, found.contact, forces, found.u, found.v, found.approach, 0.0, 0, outcome
+        case, compliance.widths, pressed.contact, forces, pressed.u, pressed.v, pressed.approach, 0.0, 0, outcome
     )
 
 
-def _why_unsettled(case: Case, compliance: Compliance, found: NormalContact) -> Outcome:
-    """Reason why no contact was found: on flanks that are too steep nodes move further and further."""
-    cause = soundness(case, compliance.own_displacement(), found.contact, found.u, 0.0)
+def _why_unsettled(case: Case, compliance: Compliance, pressed: NormalContact) -> Outcome:
+    """Reason why no contact was pressed: on flanks that are too steep nodes move further and further."""
+    cause = soundness(case, compliance.own_displacement(), pressed.contact, pressed.u, 0.0)
     return OUTCOME_OF_STOP[Stop.CONTACT_CYCLE] if cause.ok else cause
 
 
-def _edge_error(case: Case, found: NormalContact) -> Outcome | None:
+def _edge_error(case: Case, pressed: NormalContact) -> Outcome | None:
     """Reason why a punch pressed down without friction has no solution at its edge; None if it has one.
 
     A node in contact has moved beyond the edge, or a free one in under it and into the punch: nothing could slide from there.
     """
-    pin, xi = make_pin(case), surface_from_pin(case) + found.u
-    if (found.contact & (np.abs(xi) > pin.half_width)).any():
+    pin, xi = make_pin(case), surface_from_pin(case) + pressed.u
+    if (pressed.contact & (np.abs(xi) > pin.half_width)).any():
         return OUT_FROM_UNDER
-    inside = pin.height(xi) - found.v < -INSIDE * case.normal_load
-    return IN_UNDER if found.converged and (inside & ~found.contact).any() else None
+    inside = pin.height(xi) - pressed.v < -INSIDE * case.normal_load
+    return IN_UNDER if pressed.converged and (inside & ~pressed.contact).any() else None
 
 
 def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
     """Solve the normal problem, nodes stuck or free of friction; then let nodes slip until constraint II holds."""
-    found = normal_contact(case, compliance, case.initial_contact == "stick")
-    edge = _edge_error(case, found) if case.initial_contact == "frictionless" else None
+    pressed = normal_contact(case, compliance, case.initial_contact == "stick")
+    edge = _edge_error(case, pressed) if case.initial_contact == "frictionless" else None
     if edge:
-        return replace(_nothing(case, edge), contact=found.contact)
-    contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
+        return replace(_nothing(case, edge), contact=pressed.contact)
+    contact, u, converged = pressed.contact, np.where(pressed.contact, pressed.u, 0.0), pressed.converged
     if converged and case.initial_contact == "frictionless":
-        return _free_of_shear(case, compliance, found, COMPLETED)  # then there is nothing to slip
+        return _free_of_shear(case, compliance, pressed, COMPLETED)  # then there is nothing to slip
     # Only nodes in contact are brought to a height; others may stand beyond the edge, where it is infinite.
     height = make_pin(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
     everywhere = np.ones_like(contact)
@@ -171,7 +171,7 @@ def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
     # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
     expected = contact if converged else contact | (surface_from_axis(case) <= estimate_half_width(case))
     # In a window, whose slips cost less; on the whole surface if a node beyond proves to lie inside the pin.
-    for followed in (nodes_in_reach(case, expected, found.u, found.v), everywhere):
+    for followed in (nodes_in_reach(case, expected, pressed.u, pressed.v), everywhere):
         compiled = compile_contact(case, compliance, contact, u, height, followed)
         status = answer_violations(compiled)
         state = contact_value(compiled, OUTCOME_OF_STOP[correct_rounding(compiled, status)])
@@ -227,8 +227,8 @@ def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactS
         contact = height == height.min()
         u, normal_load = np.zeros_like(x), 1e-9 * case.normal_load
     else:
-        found = normal_contact(case, compliance, case.initial_contact == "stick")
-        contact, u, normal_load = found.contact, np.where(found.contact, found.u, 0.0), case.normal_load
+        pressed = normal_contact(case, compliance, case.initial_contact == "stick")
+        contact, u, normal_load = pressed.contact, np.where(pressed.contact, pressed.u, 0.0), case.normal_load
     solved = coulomb.CoulombContact(case, compliance, contact, np.zeros_like(x), u, normal_load, direction=PRESSED)
     try:
         if case.initial_contact == "stick":

@@ -121,12 +121,12 @@ class ContactSystem:
     def _solve_with_load(self, rows: Dense) -> Dense:
         """Forces and approach (any, size + 1) for right sides that are rows, the load's last."""
         forces = self._solve(rows[:, :-1])
-        found = np.empty_like(rows)
+        solution = np.empty_like(rows)
         # f = A⁻¹ h - approach·A⁻¹ 1; the sum of the forces f_z is the load's entry of the right side.
         approach = (forces @ self._ones - rows[:, -1]) / self._share
-        found[:, -1] = approach
-        found[:, :-1] = forces - approach[:, None] * self._alone
-        return found
+        solution[:, -1] = approach
+        solution[:, :-1] = forces - approach[:, None] * self._alone
+        return solution
 
     def _border(self, changed: Indices, come: Nodes, answer: Vector, right: Vector) -> Vector:
         """Forces on added entries, and corrections for removed ones, by the current border's rows."""
@@ -169,11 +169,11 @@ class ContactSystem:
 
     def _block(self, rows: Indices, columns: Indices) -> Dense:
         """Displacements [u; w] of these entries by forces on those, with w corrected for u along the pin."""
-        found = self._compliance.entries(rows, columns)
+        block = self._compliance.entries(rows, columns)
         if self.slope is None:
-            return found
+            return block
         nodes = rows - len(self._base)
-        return found - self.slope[nodes, None] * self._compliance.entries(nodes, columns)
+        return block - self.slope[nodes, None] * self._compliance.entries(nodes, columns)
 
     def _base_block(self, rows: Indices, columns: Indices) -> Dense:
         """Displacements of `_block`, numbered as the entries of the base."""
@@ -267,9 +267,9 @@ class Exchange:
         self._patience -= 1
         if self._patience >= 0:
             return Exchanged(self._keep_a_node(contact ^ wrong), all_at_once=True, again=False)
-        known = contact.tobytes()
-        again = known in self._left
-        self._left.add(known)
+        as_bytes = contact.tobytes()
+        again = as_bytes in self._left
+        self._left.add(as_bytes)
         following = contact.copy()
         # Always the one furthest right: a fixed order excludes cycles, the worst node first may go round in them.
         following[np.flatnonzero(wrong)[-1]] ^= True
@@ -319,16 +319,16 @@ class NormalContact(NamedTuple):
 def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalContact:
     """The contact at the case's load, its nodes stuck at u = 0 or free of friction. Raises SingularOperator, TooFarApart."""
     none = np.zeros(compliance.slab.nodes)
-    start = found = NormalContact(guess_contact(case), none, none, none, 0.0, converged=False)
+    start = pressed = NormalContact(guess_contact(case), none, none, none, 0.0, converged=False)
     try:
-        for found in _iterates(case, compliance, start, stuck):
-            if found.converged:
+        for pressed in _iterates(case, compliance, start, stuck):
+            if pressed.converged:
                 break
     except SingularOperator:
         # A compliance is positive definite; less its product with slopes, beside which it may be rounding, it need not be.
         if stuck or not case.effects.coupling:
             raise
-    return found
+    return pressed
 
 
 def _iterates(case: Case, compliance: Compliance, start: NormalContact, stuck: bool) -> Iterator[NormalContact]:
@@ -343,45 +343,45 @@ def _iterates(case: Case, compliance: Compliance, start: NormalContact, stuck: b
     for _ in range(MOST_ROUNDS):
         if not system.is_similar(contact):
             system = _system(case, compliance, contact, u, stuck)
-        found = _press_nodes(case, compliance, system, contact, u, stuck)
-        wrong = wrong_nodes(case, found)
+        pressed = _press_nodes(case, compliance, system, contact, u, stuck)
+        wrong = wrong_nodes(case, pressed)
         right = not wrong.any()
         if right and stuck:  # of a stuck contact only the set is used
-            yield found
+            yield pressed
             return
-        before, moved, u = moved, float(np.abs(found.u - u).max()), found.u
+        before, moved, u = moved, float(np.abs(pressed.u - u).max()), pressed.u
         if right:
-            if system.matches_set(contact) and moved <= rounding_at_rest(case, found):
-                yield found
+            if system.matches_set(contact) and moved <= rounding_at_rest(case, pressed):
+                yield pressed
                 return
             # The set is right, u still moves: with fresh slopes the next step is Newton's, which converges at once.
             if not system.matches_set(contact) or moved > SLOW * before:
                 system = _system(case, compliance, contact, u, stuck)
-            yield found._replace(converged=False)
+            yield pressed._replace(converged=False)
             continue
         following = exchange.exchange_wrong_nodes(contact, wrong)
         # Nodes stuck at u = 0 have no memory but their set: one that comes back comes back for ever.
         if following.again and (stuck or not case.effects.coupling):
-            yield found._replace(converged=False)
+            yield pressed._replace(converged=False)
             return
         # In another set u changes anew: the last change is no measure.
         contact, moved = following.contact, math.inf
-        yield found._replace(contact=contact, converged=False)
+        yield pressed._replace(contact=contact, converged=False)
 
 
-def rounding_at_rest(case: Case, found: NormalContact) -> float:
+def rounding_at_rest(case: Case, pressed: NormalContact) -> float:
     """Rounding error: distance that nodes at rest may move from round to round, in L_x."""
-    xi = surface_from_axis(case, found.u)[found.contact]
+    xi = surface_from_axis(case, pressed.u)[pressed.contact]
     return RESTING * case.normal_load + make_pin(case).rounding(xi)
 
 
-def wrong_nodes(case: Case, found: NormalContact) -> Nodes:
+def wrong_nodes(case: Case, pressed: NormalContact) -> Nodes:
     """Nodes (n,) in contact that pull, and free nodes that lie inside the pin."""
     x, pin = surface_from_pin(case), make_pin(case)
     # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
     is_under = np.abs(x) <= pin.half_width
-    gap = np.where(is_under, pin.height(x + found.u) - found.v, np.inf)
-    return np.asarray(np.where(found.contact, -found.normal_force, -gap) > INSIDE * case.normal_load)
+    gap = np.where(is_under, pin.height(x + pressed.u) - pressed.v, np.inf)
+    return np.asarray(np.where(pressed.contact, -pressed.normal_force, -gap) > INSIDE * case.normal_load)
 
 
 def _system(case: Case, compliance: Compliance, contact: Nodes, u: Vector, stuck: bool) -> ContactSystem:
@@ -399,10 +399,10 @@ def _system(case: Case, compliance: Compliance, contact: Nodes, u: Vector, stuck
 
 
 @lru_cache(maxsize=KEPT)
-def _previous_system(compliance: Compliance, contact: bytes, held: bool) -> ContactSystem:
-    system = ContactSystem(compliance, np.frombuffer(contact, np.bool_), None, held)
+def _previous_system(compliance: Compliance, contact: bytes, stuck: bool) -> ContactSystem:
+    system = ContactSystem(compliance, np.frombuffer(contact, np.bool_), None, stuck)
     # Of a stuck contact the set alone counts, not the last bits. On larger grids it takes longer than it saves.
-    return system.keep() if held and compliance.slab.nodes <= ANSWERED else system
+    return system.keep() if stuck and compliance.slab.nodes <= ANSWERED else system
 
 
 def _press_nodes(

@@ -178,8 +178,8 @@ _ADVICE: Final = {
 
 def _heights_unknown(share: float, cause: str) -> Outcome:
     """The outcome of a contact whose heights are known to this share of what the load displaces."""
-    known = f"heights of the pin are known to {share:.0e} of what the load displaces"
-    return Outcome(Ending.ROUNDING, f"{known}, {COARSEST_HEIGHTS:g} is needed: {_ADVICE[cause]}", cause=cause)
+    sentence = f"heights of the pin are known to {share:.0e} of what the load displaces"
+    return Outcome(Ending.ROUNDING, f"{sentence}, {COARSEST_HEIGHTS:g} is needed: {_ADVICE[cause]}", cause=cause)
 
 
 def accuracy_of_heights(case: Case, softness: Vector, state: ContactState) -> Outcome:
@@ -230,9 +230,9 @@ def steepest_across(case: Case, contact: NDArray[np.bool_], xi: Vector) -> float
     largest = 0.0
     for row in np.flatnonzero(left <= right):
         inside = pin.knots[(pin.knots > left[row]) & (pin.knots < right[row])]
-        there = np.concatenate((left[row : row + 1], inside, right[row : row + 1]))
-        one = np.interp(there, pin.knots, rises[row]) + heights[row]
-        other = np.interp(there, pin.knots, rises[row + 1]) + heights[row + 1]
+        between = np.concatenate((left[row : row + 1], inside, right[row : row + 1]))
+        one = np.interp(between, pin.knots, rises[row]) + heights[row]
+        other = np.interp(between, pin.knots, rises[row + 1]) + heights[row + 1]
         steepest = float(np.abs(other - one).max()) / case.slab.spacing
         largest = max(largest, steepest)
     return largest

@@ -66,12 +66,12 @@ def tableau(compliance: Entries, contact: Nodes, into: Dense, reciprocal: bool =
         entries = kept[some]
         if reciprocal:
             into[np.ix_(entries, with_load)] = -from_kept[some]
-            left = compliance(entries, kept) - from_kept[some] @ reached.T
+            complement = compliance(entries, kept) - from_kept[some] @ reached.T
         else:
             back = np.vstack((-compliance(pivoted, entries), -normal[some]))
             into[np.ix_(entries, with_load)] = (stiffness @ back).T
-            left = (compliance(kept, entries) + from_kept @ back).T
-        into[np.ix_(entries, kept)] = left
+            complement = (compliance(kept, entries) + from_kept @ back).T
+        into[np.ix_(entries, kept)] = complement
     into[:, len(into) :] = 0.0  # where the inverse had its room
 
 
@@ -157,9 +157,9 @@ def find_base(compliance: EndlessCompliance, nodes: float) -> Base:
 def _base(compliance: EndlessCompliance, nodes: float) -> Base:
     n = compliance.slab.n_x
     disc = node_disc(n, nodes)
-    held = wider(disc, BASE_RINGS).ravel().nonzero()[0]
-    entries, some = window_entries(compliance, held), quarter(held, n)
-    normal = some.entries[:-1] >= len(held)
+    followed = wider(disc, BASE_RINGS).ravel().nonzero()[0]
+    entries, some = window_entries(compliance, followed), quarter(followed, n)
+    normal = some.entries[:-1] >= len(followed)
 
     def bordered(rows: Indices, columns: Indices) -> Dense:
         """The compliance and the load's row and column, which are the last, in the rows of a quarter and an image's columns."""
@@ -169,7 +169,7 @@ def _base(compliance: EndlessCompliance, nodes: float) -> Base:
         return found
 
     parts = some.parts(bordered)
-    in_contact = np.append(np.tile(disc.ravel()[held], 2), True)[some.entries]
+    in_contact = np.append(np.tile(disc.ravel()[followed], 2), True)[some.entries]
     for part, character in zip(parts, CHARACTERS, strict=True):
         members = some.members(character)
         pivoted = pivot_symmetric(part[np.ix_(members, members)], in_contact[members])
@@ -177,7 +177,7 @@ def _base(compliance: EndlessCompliance, nodes: float) -> Base:
         part[np.ix_(members, members)] = pivoted
     rows = some.from_parts(parts)
     rows.setflags(write=False)
-    return Base(held, some, rows)
+    return Base(followed, some, rows)
 
 
 def tableau_from_base(compliance: EndlessCompliance, nodes: Window, contact: Nodes, expected: float) -> Dense | None:
@@ -203,9 +203,9 @@ def tableau_from_base(compliance: EndlessCompliance, nodes: Window, contact: Nod
         return None
     base = find_base(compliance, expected)
     in_base = np.searchsorted(base.nodes, shifted[0] * n + shifted[1])
-    found = base.part(np.append(_both(in_base, len(base.nodes)), 2 * len(base.nodes)))
-    exchange(found, _both(different, len(nodes)))
-    return found
+    lines = base.part(np.append(_both(in_base, len(base.nodes)), 2 * len(base.nodes)))
+    exchange(lines, _both(different, len(nodes)))
+    return lines
 
 
 def _both(nodes: Indices, n: int) -> Indices:
@@ -215,10 +215,10 @@ def _both(nodes: Indices, n: int) -> Indices:
 
 def _at(mask: Nodes, places: Indices) -> Nodes:
     """The values of a mask (n, n) at places (2, k); False beyond it."""
-    found = np.zeros(places.shape[1], np.bool_)
+    moved = np.zeros(places.shape[1], np.bool_)
     inside = ((places >= 0) & (places < len(mask))).all(axis=0)
-    found[inside] = mask[tuple(places[:, inside])]
-    return found
+    moved[inside] = mask[tuple(places[:, inside])]
+    return moved
 
 
 def pivot_symmetric(matrix: Dense, pivoted: Nodes) -> Dense:

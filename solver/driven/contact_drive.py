@@ -47,8 +47,8 @@ def pull_of_contact(case: Case, compliance: Compliance, drive: Drive) -> Pull:
 
 
 def _pull(case: Case, compliance: Compliance, drive: Drive, motion: Motion) -> tuple[Course, Outcome]:
-    found = driven_contact(case, compliance, drive, motion)
-    return found.run, found.outcome
+    driven = driven_contact(case, compliance, drive, motion)
+    return driven.run, driven.outcome
 
 
 def legs_pull_of_contact(case: Case, compliance: Compliance, drive: Drive) -> LegsPull:
@@ -89,24 +89,24 @@ def _pull_over_contact(
     refuse_with_memory(case)
     start = initial_contact(case, compliance)
     compliance = compliance if case.effects.coupling else compliance.decouple()
-    for whole in (False, True):
-        contact = _Contact(case, compliance, drive, start, whole)
+    for follow_all in (False, True):
+        contact = _Contact(case, compliance, drive, start, follow_all)
         try:
-            found = pull(contact)
+            pulled = pull(contact)
         except _BeyondWindow:
             continue
         if not has_node_beyond_window(contact.compiled, contact_value(contact.compiled, COMPLETED)):
-            return found
+            return pulled
     raise AssertionError("there are no nodes beyond the whole surface")
 
 
 class _Contact:
     """A contact over which a pin is pulled; it is set up anew as often as it needs to be."""
 
-    def __init__(self, case: Case, compliance: Compliance, drive: Drive, start: ContactState, whole: bool) -> None:
+    def __init__(self, case: Case, compliance: Compliance, drive: Drive, start: ContactState, follow_all: bool) -> None:
         # The window has to hold whichever way the pin will turn.
-        self.compiled = compile_state(case, compliance, start, whole, Way(case.normal_load, ANY_WAY))
-        self.drive, self.start, self.whole = drive, start, whole
+        self.compiled = compile_state(case, compliance, start, follow_all, Way(case.normal_load, ANY_WAY))
+        self.drive, self.start, self.whole = drive, start, follow_all
         self.events, self.lost = 0, 0.0
 
     def pull(self, motion: Motion, pieces: Floats, pin: PinState, frame: Frame, samples: int) -> tuple[Course, Stop]:
@@ -119,9 +119,9 @@ class _Contact:
         tally = Tally(0, 0.0, 0.0, 0, 0)
         slips = np.empty((0, 5))
         while True:
-            compiled, left = self.compiled, motion.most_slips - len(slips)
+            compiled, slips_left = self.compiled, motion.most_slips - len(slips)
             where = (compiled.state, compiled.constants, motion, record, pin, slip, tally)
-            driven = drive_contact(*where, self.drive.step_limit, left, pieces, frame)
+            driven = drive_contact(*where, self.drive.step_limit, slips_left, pieces, frame)
             stop, pin, slip, tally, more, *_ = driven
             slips = np.concatenate((slips, more))
             self.events, self.lost = self.events + driven.events, self.lost + driven.lost
@@ -151,9 +151,9 @@ def _outcome(stop: Stop, run: Course, motion: Motion, drive: Drive) -> Outcome:
     """Ending of a drive over a contact."""
     if stop == Stop.DONE:
         return outcome_of_segments(run, motion, drive.step_limit)
-    found = OUTCOME_OF_STOP[stop]
-    if found.ending is Ending.CONTACT_LOST:
+    outcome = OUTCOME_OF_STOP[stop]
+    if outcome.ending is Ending.CONTACT_LOST:
         after = part_reached(run, motion)
         message = f"the contact reaches the slab's end after {after}: shorten the drive, or use a scheme without ends"
-        return Outcome(found.ending, message, cause="end_reached")
-    return found
+        return Outcome(outcome.ending, message, cause="end_reached")
+    return outcome

@@ -74,9 +74,9 @@ def boundary(sticks: Callable[[float], bool | None], first: float) -> Boundary:
         return Boundary(math.nan, "unknown")
     above = math.nan
     for value in (first / STRIDE**stride for stride in range(STRIDES + 1)):
-        if (found := sticks(value)) is None:
+        if (is_stuck := sticks(value)) is None:
             return Boundary(math.nan, "unknown")
-        if not found:
+        if not is_stuck:
             above = value
         elif above > value:
             between = _bisect_critical_value(sticks, value, above)
@@ -89,7 +89,7 @@ def _bisect_critical_value(sticks: Callable[[float], bool | None], low: float, h
     while high > RESOLUTION * low:
         # Velocities span decades, and the bracket is a ratio: so is its middle.
         middle = math.sqrt(low * high)
-        if (found := sticks(middle)) is None:
+        if (is_stuck := sticks(middle)) is None:
             return math.nan
-        low, high = (middle, high) if found else (low, middle)
+        low, high = (middle, high) if is_stuck else (low, middle)
     return math.sqrt(low * high)

@@ -55,10 +55,10 @@ def measure_motion(
     last = lasting(drive.duration)
     longest = 2.0**DOUBLINGS * last[0].end_time
     while drive.duration is None and (longer := _sufficient_duration(*last, drive)) <= longest:
-        found = lasting(longer)
-        if last[1].outcome.ok and not found[1].outcome.ok:
+        measured = lasting(longer)
+        if last[1].outcome.ok and not measured[1].outcome.ok:
             break  # what is known stays, where rounding or the step limit ends a longer one
-        last = found
+        last = measured
     return last
 
 
@@ -78,11 +78,11 @@ def _end_by_far(result: DynamicsResult, drive: Drive, limit: FrictionLimit) -> b
     # As far below the weakest slip as that is below the strongest: min·min/max.
     far_below = float(excess.min() ** 2 / excess.max())
     # An excess e has the energy e²/(2k) beyond that of sliding, less what the teeth take.
-    left = far_below**2 - 2.0 * k * limit.uneven_work
+    excess_squared = far_below**2 - 2.0 * k * limit.uneven_work
     damper = 2.0 * drive.damping_ratio * math.sqrt(k) * drive.stage_velocity
-    excess_left = damper - math.sqrt(max(left, 0.0))
+    excess_left = damper - math.sqrt(max(excess_squared, 0.0))
     pin = Oscillator(k, drive.damping_ratio, drive.stage_velocity, excess_left)
-    return left > 0.0 and not math.isnan(pin.first_stop(math.inf))
+    return excess_squared > 0.0 and not math.isnan(pin.first_stop(math.inf))
 
 
 def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> bool:
@@ -126,7 +126,7 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     return bool(sticks[-1] < forgets and np.isnan(motion.restick_time[-1]))
 
 
-def _sufficient_duration(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> float:
+def _sufficient_duration(motion: DynamicsResult, friction: FrictionCoefficients, drive: Drive) -> float:
     """Duration that a drive without one needs; infinite if a longer drive gives no more information about this
     motion.
 
@@ -138,9 +138,9 @@ def _sufficient_duration(motion: DynamicsResult, found: FrictionCoefficients, dr
         return math.inf
     count = count_sticks(motion, drive)
     settled = not count.unsettled or motion.settling_time < lag_time(drive)
-    if settled and (found.outcome.ok or count.regime == "micro_slip"):
+    if settled and (friction.outcome.ok or count.regime == "micro_slip"):
         return math.inf
-    forgets = found.outcome.ok and (count.ringing > 0.0 or not motion.forgotten)  # friction is known
+    forgets = friction.outcome.ok and (count.ringing > 0.0 or not motion.forgotten)  # friction is known
     needed = 2.0 * max(motion.end_time, count.ringing if forgets else 0.0)
     most = FORGETTING if forgets else drive.step_limit
     return needed if motion.steps * needed <= most * motion.end_time else math.inf

@@ -106,10 +106,10 @@ def linear(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
 
     Raises NoPlateauError if the record has no plateau.
     """
-    whole = teeth(record)
+    record_teeth = teeth(record)
     # Each tooth ends where the next one starts.
-    ends = np.append(whole.start[1:], whole.end[-1])
-    return _periodic(Teeth(whole.edges, whole.start, ends), plateau)
+    ends = np.append(record_teeth.start[1:], record_teeth.end[-1])
+    return _periodic(Teeth(record_teeth.edges, record_teeth.start, ends), plateau)
 
 
 def coarse(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
@@ -120,8 +120,8 @@ def coarse(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     """
     fine = sawtooth(record, plateau)
     ends = fine.force + fine.slope * np.diff(fine.edges)
-    whole = Teeth(fine.edges, fine.force, ends)
-    fewer, periodic_from = merge_teeth(whole, fine.periodic_from, record.spacing / COARSE)
+    flat_teeth = Teeth(fine.edges, fine.force, ends)
+    fewer, periodic_from = merge_teeth(flat_teeth, fine.periodic_from, record.spacing / COARSE)
     slopes = (fewer.end - fewer.start) / np.diff(fewer.edges)
     return FrictionLimit(fewer.edges, fewer.start, slopes, periodic_from)
 
@@ -186,12 +186,12 @@ def _need(plateau: Plateau) -> None:
         raise NoPlateauError(f"the friction record has none to repeat: {plateau.outcome.message}")
 
 
-def _periodic(whole: Teeth, plateau: Plateau) -> FrictionLimit:
+def _periodic(record_teeth: Teeth, plateau: Plateau) -> FrictionLimit:
     _need(plateau)
     count = plateau.last_event + 1
-    edges = whole.edges[: count + 1]
+    edges = record_teeth.edges[: count + 1]
     # Initial contact may leave a force against the drag; Eq. 13 knows only limits of at least 0.
-    start = np.maximum(whole.start[:count], 0.0)
-    end = np.maximum(whole.end[:count], 0.0)
+    start = np.maximum(record_teeth.start[:count], 0.0)
+    end = np.maximum(record_teeth.end[:count], 0.0)
     slopes = (end - start) / np.diff(edges)
     return FrictionLimit(edges, start, slopes, periodic_from=plateau.first_event + 1)

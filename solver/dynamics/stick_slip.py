@@ -117,8 +117,8 @@ class Oscillator:
             return tau * exp(-decay * tau), (1.0 - natural * tau) * exp(-decay * tau)
         beat = natural * math.sqrt(abs(1.0 - self.damping_ratio**2))
         if self.damping_ratio < 1.0:
-            left = exp(-decay * tau)
-            sine, cosine = left * functions.sin(beat * tau), left * functions.cos(beat * tau)
+            envelope = exp(-decay * tau)
+            sine, cosine = envelope * functions.sin(beat * tau), envelope * functions.cos(beat * tau)
         else:
             # Two decaying exponentials: hyperbolic functions would overflow before the damping takes hold.
             fast_rate = decay + beat
@@ -268,8 +268,10 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> 
         for start in starts
         if len(model(start).slip_time) < MOST_SLIPS
     ]
-    found = min(fits, key=lambda fit: float(fit.cost)).x
-    kinetic, static, later = (float(max(share, found[0])) for share in found)  # static friction is no less than kinetic
+    solution = min(fits, key=lambda fit: float(fit.cost)).x
+    kinetic, static, later = (
+        float(max(share, solution[0])) for share in solution
+    )  # static friction is no less than kinetic
     best = model(np.array([kinetic, static, later]))
     if len(best.slip_time) >= MOST_SLIPS:
         return _NO_FIT

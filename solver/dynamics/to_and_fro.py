@@ -205,10 +205,10 @@ class _RecordByLegs:
         way = max(pin.position, 0.0) + (level - pin.friction_force) / motion.surface_stiffness
         teeth = leg_teeth(self.limit, self.phase, way, level)
         run = integrate_exactly(teeth, motion, samples, BINS, self.drive.step_limit, None, pin, later, True)
-        whole = motion._replace(duration=motion.recorded)
+        whole_leg = motion._replace(duration=motion.recorded)
         slid = float(run.samples[:, 0].max()) - way
         self.phase = math.fmod(self.phase + max(slid, 0.0), self.limit.period)
-        return run, outcome_of_segments(run, whole, self.drive.step_limit)
+        return run, outcome_of_segments(run, whole_leg, self.drive.step_limit)
 
 
 def leg_teeth(limit: FrictionLimit, phase: float, way: float, level: float) -> ToothTable:
@@ -361,10 +361,10 @@ def _join_legs(legs: Sequence[Leg], drive: Drive) -> tuple[Course, Floats]:
         samples[rows, 0] += leg.origin
         stage[rows] = leg.origin + leg.sign * leg.stage
         row += len(leg.stage) - 1
-        own = leg.run.slips.copy()
-        own[:, [0, 3]] += leg.begin
-        own[:, [1, 4]] = leg.origin + leg.sign * own[:, [1, 4]]
-        slips.append(own)
+        leg_slips = leg.run.slips.copy()
+        leg_slips[:, [0, 3]] += leg.begin
+        leg_slips[:, [1, 4]] = leg.origin + leg.sign * leg_slips[:, [1, 4]]
+        slips.append(leg_slips)
     later = drive.spring_stiffness * (stage - samples[:, 0])[count // 2 : row + 1]
     course = Course(
         reached=math.fsum(leg.duration for leg in legs),

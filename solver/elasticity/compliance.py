@@ -116,7 +116,7 @@ class SurfaceCompliance(Compliance):
         return take_entries(self.matrix, rows, columns)
 
     def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
-        n, found = self.slab.n_x, np.zeros(forces.size)
+        n, displaced = self.slab.n_x, np.zeros(forces.size)
         for along in (0, 1):
             nodes = forces[along].nonzero()[0]
             if not len(nodes):  # only what is loaded, and what moves, is read
@@ -124,14 +124,14 @@ class SurfaceCompliance(Compliance):
             loaded, first = slice(nodes[0], nodes[-1] + 1), along * n
             moved = slice(None) if coupled else slice(first, first + n)
             by_forces = self.matrix[moved, first : first + n][:, loaded]
-            found[moved] += by_forces @ forces[along, loaded]
-        return found.reshape(2, n)
+            displaced[moved] += by_forces @ forces[along, loaded]
+        return displaced.reshape(2, n)
 
     def decouple(self) -> "SurfaceCompliance":
         n = self.slab.n_x
         matrix = np.zeros_like(self.matrix, subok=False)
-        for own in (slice(n), slice(n, None)):
-            matrix[own, own] = self.matrix[own, own]
+        for half in (slice(n), slice(n, None)):
+            matrix[half, half] = self.matrix[half, half]
         matrix.setflags(write=False)
         return SurfaceCompliance(matrix, self.slab)
 
@@ -185,13 +185,13 @@ def _stiffness_of_node(compliance: Compliance, in_contact: bytes) -> float:
         return 0.0
     beside = compliance.entries(nodes, added)
     ones_and_beside = np.column_stack((np.ones(len(nodes)), beside))
-    found = np.linalg.solve(compliance.entries(nodes, nodes), ones_and_beside)
+    solved = np.linalg.solve(compliance.entries(nodes, nodes), ones_and_beside)
     # K = 1ᵀ C⁻¹ 1. With a node more, whose compliances with the others are c and with itself c_0, the bordered
     # inverse adds (1 - cᵀ C⁻¹ 1)²/(c_0 - cᵀ C⁻¹ c).
-    own = compliance.entries(added, added).diagonal()
-    left = own - np.einsum("ij,ij->j", beside, found[:, 1:])
-    missing = 1.0 - beside.T @ found[:, 0]
-    return float(np.mean(missing**2 / left))
+    own_compliance = compliance.entries(added, added).diagonal()
+    complement = own_compliance - np.einsum("ij,ij->j", beside, solved[:, 1:])
+    missing = 1.0 - beside.T @ solved[:, 0]
+    return float(np.mean(missing**2 / complement))
 
 
 _stiffness_of_node_before = lru_cache(maxsize=KEPT)(_stiffness_of_node)
@@ -226,24 +226,24 @@ def add_node(compliance: Compliance, stiffness: Dense, nodes: Indices, node: int
     """Compute `contact_stiffness_matrix` these nodes from that without one of them (bordered inverse)."""
     count, place = compliance.slab.nodes, int(np.searchsorted(nodes, node))
     others, new = np.delete(nodes, place), np.array([node, node + count])
-    held = np.concatenate((others, others + count))
+    loaded_entries = np.concatenate((others, others + count))
     loaded = np.array([[0.0, 1.0]])
-    beside = np.hstack((compliance.entries(new, held), loaded.T))
-    reached = stiffness @ np.vstack((compliance.entries(held, new), loaded))
+    beside = np.hstack((compliance.entries(new, loaded_entries), loaded.T))
+    reached = stiffness @ np.vstack((compliance.entries(loaded_entries, new), loaded))
     # Schur complement: how far the node gives way while all others are held.
-    own = np.linalg.inv(compliance.entries(new, new) - beside @ reached)
+    complement_inverse = np.linalg.inv(compliance.entries(new, new) - beside @ reached)
     # Inverse by blocks, with S the old inverse, B the new rows, R = S Bᵀ and D the Schur complement's inverse:
     # [S + R D B S, -R D; -D B S, D].
-    whole = np.arange(len(stiffness) + 2)
+    entries = np.arange(len(stiffness) + 2)
     added = np.array([place, len(nodes) + place])
-    old = np.delete(whole, added)
-    share = own @ (beside @ stiffness)
-    found = np.empty((len(whole), len(whole)))
-    found[np.ix_(old, old)] = stiffness + reached @ share
-    found[np.ix_(old, added)] = -reached @ own
-    found[np.ix_(added, old)] = -share
-    found[np.ix_(added, added)] = own
-    return found
+    old = np.delete(entries, added)
+    share = complement_inverse @ (beside @ stiffness)
+    extended = np.empty((len(entries), len(entries)))
+    extended[np.ix_(old, old)] = stiffness + reached @ share
+    extended[np.ix_(old, added)] = -reached @ complement_inverse
+    extended[np.ix_(added, old)] = -share
+    extended[np.ix_(added, added)] = complement_inverse
+    return extended
 
 
 def remove_node(stiffness: Dense, place: int) -> Dense:
@@ -372,13 +372,13 @@ def explain_outcome(outcome: Outcome, compliance: Compliance, contact: NDArray[n
     if outcome.ending not in _OPERATORS_FAULT or not contact.any() or not isinstance(compliance, SurfaceCompliance):
         return outcome
     nodes = np.flatnonzero(np.concatenate((contact, contact)))
-    found = conditioning(compliance.entries(nodes, nodes))
+    condition = conditioning(compliance.entries(nodes, nodes))
     operator = f"; the {compliance.slab.scheme} operator of the {int(contact.sum())} nodes in contact"
-    figures = f"(asymmetry {found.asymmetry:.1e}, reciprocal condition {found.reciprocal_condition:.1e})"
-    if found.positive_definite and found.reciprocal_condition >= ILL_CONDITIONED:
+    figures = f"(asymmetry {condition.asymmetry:.1e}, reciprocal condition {condition.reciprocal_condition:.1e})"
+    if condition.positive_definite and condition.reciprocal_condition >= ILL_CONDITIONED:
         return outcome
-    fault = "is ill-conditioned" if found.positive_definite else "is not positive definite"
+    fault = "is ill-conditioned" if condition.positive_definite else "is not positive definite"
     cause, advice = ROUNDED, "use a poisson further from 0.5, or an aspect_ratio nearer 1"
-    if not (found.positive_definite or compliance.slab.scheme.reciprocal):  # a reciprocal one is, but for rounding
+    if not (condition.positive_definite or compliance.slab.scheme.reciprocal):  # a reciprocal one is, but for rounding
         cause, advice = INDEFINITE, "use the scheme galerkin, or a poisson further from 0.5"
     return replace(outcome, message=f"{outcome.message}{operator} {fault} {figures}: {advice}", cause=cause)

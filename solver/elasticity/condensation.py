@@ -69,12 +69,12 @@ def _parity_fields(k: Stiffness, sign: float) -> Fields:
     """Fields of which reflection multiplies w by `sign` and u by -`sign`."""
     nodes, mirror = np.arange(k.grid.nodes), _mirror(k.grid)
     # Both of a pair belong to one field, √½ each for the length 1; a node in the middle has no odd part.
-    left = np.minimum(nodes, mirror)
+    left_nodes = np.minimum(nodes, mirror)
     weights = []
     for parity in (-sign, sign):
         in_pair = np.sqrt(0.5) * np.where(nodes > mirror, parity, 1.0)
         weights.append(np.where(nodes == mirror, max(parity, 0.0), in_pair))
-    group = np.concatenate((left, left + k.grid.nodes))
+    group = np.concatenate((left_nodes, left_nodes + k.grid.nodes))
     return _number_fields(group, np.where(k.fixed, 0.0, weights).ravel())
 
 
@@ -136,9 +136,9 @@ def eliminate_definite(stiffness: Dense, count: int, follows: Dense) -> Eliminat
     right = np.concatenate((follows[:, :count], below)).T
     solved = scipy.linalg.blas.dtrsm(1.0, root, right, lower=1, overwrite_b=1)
     of_surface, of_others = solved[:, : len(follows)], solved[:, len(follows) :]
-    left = follows[:, count:] - of_surface.T @ of_others
+    complement = follows[:, count:] - of_surface.T @ of_others
     remaining = stiffness[count:, count:] - of_others.T @ of_others
-    return Eliminated(remaining, left, left.T, (of_surface.T, of_surface), reciprocal_condition)
+    return Eliminated(remaining, complement, complement.T, (of_surface.T, of_surface), reciprocal_condition)
 
 
 def _norm(square: Dense) -> float:
@@ -222,7 +222,7 @@ class _Slab:
         acting = [_entries(self.rows, cut)]
         if not self.symmetric:
             acting.append(_entries(self.columns, cut))
-        touched = [each.columns for each in acting]
+        touched = [entries.columns for entries in acting]
         borders = [piece.border for piece in pieces]
         front = self._front(cut, inside, touched + borders)
         stiffness = _stiffness(acting, front)
@@ -233,14 +233,14 @@ class _Slab:
         of_pieces = [(piece, piece.left.follows) for piece in pieces]
         follows = self._surface_response(surface, front, of_pieces)
         if self.symmetric:
-            left = eliminate_definite(stiffness, len(cut), follows)
+            complement = eliminate_definite(stiffness, len(cut), follows)
         else:
             of_pieces = [(piece, piece.left.bears.T) for piece in pieces]
             bears = self._surface_response(surface, front, of_pieces)
-            left = eliminate(stiffness, len(cut), follows, bears.T)
-        self._grow(surface, *left.grown)
-        worst = min([left.reciprocal_condition, *(piece.reciprocal_condition for piece in pieces)])
-        return _Piece(front.border, surface, left, worst)
+            complement = eliminate(stiffness, len(cut), follows, bears.T)
+        self._grow(surface, *complement.grown)
+        worst = min([complement.reciprocal_condition, *(piece.reciprocal_condition for piece in pieces)])
+        return _Piece(front.border, surface, complement, worst)
 
     def _front(self, cut: Indices, inside: Indices, met: list[Indices]) -> _Front:
         """The front of a cut through the piece `inside`. met: fields that touch the piece, including fields inside
@@ -307,12 +307,14 @@ def surface_inverse(matrix: Sparse, places: Dense, surface: Indices, symmetric: 
     """
     number = np.full(len(places), -1)
     number[surface] = np.arange(len(surface))
-    found = np.zeros((len(surface), len(surface)))
+    inverse_at_surface = np.zeros((len(surface), len(surface)))
     columns = matrix if symmetric else scipy.sparse.csr_array(matrix.T)
-    whole = _Slab(matrix, columns, places, number, found).eliminate_fields(np.arange(len(places)))
+    eliminated_slab = _Slab(matrix, columns, places, number, inverse_at_surface).eliminate_fields(
+        np.arange(len(places))
+    )
     if symmetric:
-        _dissection_mirror(found)
-    return found, whole.reciprocal_condition
+        _dissection_mirror(inverse_at_surface)
+    return inverse_at_surface, eliminated_slab.reciprocal_condition
 
 
 class _Entries(NamedTuple):
@@ -340,21 +342,21 @@ def _stiffness(acting: list[_Entries], front: _Front) -> Dense:
     acting: entries of the cut's rows, and of its columns where these differ.
     """
     size, cut = front.size, len(front.cut)
-    found = np.zeros((size + 1, size + 1))
-    for entries, way in zip(acting, (found, found.T), strict=False):
+    assembled = np.zeros((size + 1, size + 1))
+    for entries, way in zip(acting, (assembled, assembled.T), strict=False):
         # Fields outside of the front have the place `size`: a row and column more, cut off below.
         way[entries.rows, front.place[entries.columns]] = entries.values
     if len(acting) == 1:
-        found[cut:, :cut] = found[:cut, cut:].T
-    return found[:size, :size]
+        assembled[cut:, :cut] = assembled[:cut, cut:].T
+    return assembled[:size, :size]
 
 
 def _any(matrix: Sparse, rows: Indices, marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Mask of the rows of a sparse matrix that have an entry in a marked column, (rows,)."""
     entries = _entries(matrix, rows)
-    found = np.zeros(len(rows), np.bool_)
-    found[entries.rows[marked[entries.columns]]] = True
-    return found
+    is_marked = np.zeros(len(rows), np.bool_)
+    is_marked[entries.rows[marked[entries.columns]]] = True
+    return is_marked
 
 
 def _dissection_mirror(square: Dense) -> None:
@@ -368,8 +370,8 @@ def _dissection_mirror(square: Dense) -> None:
 
 def _range(numbers: Indices) -> slice:
     """Range from the least to the largest number that is not negative."""
-    found = numbers[numbers >= 0]
-    return slice(int(found.min()), int(found.max()) + 1) if len(found) else slice(0, 0)
+    positive = numbers[numbers >= 0]
+    return slice(int(positive.min()), int(positive.max()) + 1) if len(positive) else slice(0, 0)
 
 
 # Condense a stiffness to the surface (§2.1.4, Eq. 11): [u; w] = C [f_x; f_z] for nodal forces on the top row.
@@ -415,19 +417,19 @@ def _inverse(matrix: Sparse, places: Dense, surface: Indices, symmetric: bool) -
     The second time, all stiffnesses are multiplied by a number that is no power of two, so that each is rounded
     differently (equal entries stay equal). The change of the compliance measures its uncertainty.
     """
-    found, reciprocal_condition = surface_inverse(matrix, places, surface, symmetric)
+    surface_part, reciprocal_condition = surface_inverse(matrix, places, surface, symmetric)
     if reciprocal_condition < DOUBTFUL:
         change = surface_inverse(OTHERWISE * matrix, places, surface, symmetric)[0]
         change *= OTHERWISE
-        change -= found
-        share = float(np.abs(change, out=change).max() / np.abs(found).max())
+        change -= surface_part
+        share = float(np.abs(change, out=change).max() / np.abs(surface_part).max())
         if not share <= COARSEST:
             raise SingularOperator(
                 f"the slab's stiffness leaves its compliance uncertain by {share:.0e} of the largest, {COARSEST:g} is needed: "
                 "use a poisson further from 0.5, or an aspect_ratio nearer 1",
                 cause="uncertain_compliance",
             )
-    return found
+    return surface_part
 
 
 def _add(total: Dense, compliance: Dense, place: NDArray[np.int64], weight: Dense) -> None:

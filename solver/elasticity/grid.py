@@ -88,8 +88,8 @@ def lagrange(points: Sequence[float]) -> Basis:
     """The m Lagrange polynomials through m distinct points, shape (m, m)."""
     basis = np.empty((len(points), len(points)))
     for k, here in enumerate(points):
-        others = [there for there in points if there != here]
-        own_value = np.prod([here - there for there in others])
+        others = [point for point in points if point != here]
+        own_value = np.prod([here - point for point in others])
         basis[k] = polynomial.polyfromroots(others) / own_value
     return basis
 

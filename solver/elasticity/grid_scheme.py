@@ -94,17 +94,20 @@ def blank(stiffness: Stiffness) -> NodalFields:
     return NodalFields(*np.where(fixed, 0.0, np.nan), *np.where(fixed, np.nan, 0.0))
 
 
-def solve_mixed(stiffness: Stiffness, given: NodalFields) -> NodalFields:
-    """Solve Eq. 11 for the unknown displacements and forces, which are NaN in `given`; returns all of them.
+def solve_mixed(stiffness: Stiffness, prescribed: NodalFields) -> NodalFields:
+    """Solve Eq. 11 for the unknown displacements and forces, which are NaN in `prescribed`; returns all of them.
 
     The support is not added here: start from `blank` to keep it. Raises InvalidInput if both or neither of a pair is given at
     a node (naming node and pair), SingularOperator if the body can move as a rigid one.
     """
     nodes = stiffness.grid.nodes
-    for name, displacement, force in (("u and f_x", given.u, given.f_x), ("w and f_z", given.w, given.f_z)):
+    for name, displacement, force in (
+        ("u and f_x", prescribed.u, prescribed.f_x),
+        ("w and f_z", prescribed.w, prescribed.f_z),
+    ):
         _check_pair(name, displacement, force, nodes)
-    displacements = np.concatenate((given.u, given.w))
-    forces = np.concatenate((given.f_x, given.f_z))
+    displacements = np.concatenate((prescribed.u, prescribed.w))
+    forces = np.concatenate((prescribed.f_x, prescribed.f_z))
     unknown = np.isnan(displacements)
     k = stiffness.matrix
     if unknown.any():

@@ -28,52 +28,58 @@ def interior_fields(slab: Slab, nodal_force: Floats) -> InteriorFields:
 
     Raises SingularOperator if the slab can move as a rigid body.
     """
-    whole = stiffness(trunk(slab))
-    found = _solve_fields(whole, slab.poisson, nodal_force)
-    return found if trunk(slab) == slab else _extend_fields(slab, whole, found, nodal_force.ravel())
+    trunk_stiffness = stiffness(trunk(slab))
+    fields_of_trunk = _solve_fields(trunk_stiffness, slab.poisson, nodal_force)
+    return (
+        fields_of_trunk
+        if trunk(slab) == slab
+        else _extend_fields(slab, trunk_stiffness, fields_of_trunk, nodal_force.ravel())
+    )
 
 
-def _solve_fields(whole: Stiffness, poisson: float, nodal_force: Floats) -> InteriorFields:
+def _solve_fields(trunk_stiffness: Stiffness, poisson: float, nodal_force: Floats) -> InteriorFields:
     """The fields of a slab whose grid reaches from its surface to its bottom."""
-    forces, nodes = np.zeros((2, whole.grid.nodes)), int(whole.grid.counts[0])
+    forces, nodes = np.zeros((2, trunk_stiffness.grid.nodes)), int(trunk_stiffness.grid.counts[0])
     forces[:, :nodes] = nodal_force
-    u, w = _nodal_displacements(whole, forces.ravel()).reshape(2, -1)
-    u_x, u_z = gradient(whole.grid, u)
-    w_x, w_z = gradient(whole.grid, w)
+    u, w = _nodal_displacements(trunk_stiffness, forces.ravel()).reshape(2, -1)
+    u_x, u_z = gradient(trunk_stiffness.grid, u)
+    w_x, w_z = gradient(trunk_stiffness.grid, w)
     dilation = lame(poisson)
-    x, z = whole.grid.coordinates().T
+    x, z = trunk_stiffness.grid.coordinates().T
     # Eq. 3 in units of G: σ_xx = λ (u_x + w_z) + 2 u_x, σ_zz likewise, σ_xz = u_z + w_x.
     volumetric = dilation * (u_x + w_z)
     stress_xx, stress_zz = volumetric + 2 * u_x, volumetric + 2 * w_z
     return InteriorFields(x - 0.5, z, u, w, stress_xx=stress_xx, stress_zz=stress_zz, stress_xz=u_z + w_x)
 
 
-def _nodal_displacements(whole: Stiffness, forces: Vector) -> Vector:
+def _nodal_displacements(trunk_stiffness: Stiffness, forces: Vector) -> Vector:
     """[u; w] of all nodes, (2·nodes,), under forces on them."""
     total = np.zeros_like(forces)
-    for one in families(whole):
+    for one in families(trunk_stiffness):
         kept = one.number >= 0
         number, weight = one.number[kept], one.weight[kept]
         shares = weight * forces[kept]
         right = np.bincount(number, shares, one.count).astype(np.float64)
-        found = solve_sparse(project_stiffness(whole.matrix, one), right)
-        total[kept] += weight * found[number]
+        solution = solve_sparse(project_stiffness(trunk_stiffness.matrix, one), right)
+        total[kept] += weight * solution[number]
     return total
 
 
-def _extend_fields(slab: Slab, whole: Stiffness, found: InteriorFields, force: Vector) -> InteriorFields:
+def _extend_fields(
+    slab: Slab, trunk_stiffness: Stiffness, fields_of_trunk: InteriorFields, force: Vector
+) -> InteriorFields:
     """The fields of a tall slab: the trunk's upper half moved along with the surface, its lower half under a bar's forces."""
     acting = resultants(slab.n_x) @ force
     w, u, rotation = lengthening(slab) @ acting
-    carried_u = found.u + u - rotation * found.z
-    carried_w = found.w + w + rotation * found.x
-    upper = replace(found, u=carried_u, w=carried_w)
+    carried_u = fields_of_trunk.u + u - rotation * fields_of_trunk.z
+    carried_w = fields_of_trunk.w + w + rotation * fields_of_trunk.x
+    upper = replace(fields_of_trunk, u=carried_u, w=carried_w)
     more = slab.aspect_ratio - trunk(slab).aspect_ratio
     bar = bar_forces(slab.n_x) @ transfer_matrix(slab, more) @ acting
-    lower = _solve_fields(whole, slab.poisson, bar.reshape(2, -1))
+    lower = _solve_fields(trunk_stiffness, slab.poisson, bar.reshape(2, -1))
     lower = replace(lower, z=lower.z - more)
     # The bar is inserted half-way down: only its stresses are left there.
-    inside = found.z > -trunk(slab).aspect_ratio / 2
+    inside = fields_of_trunk.z > -trunk(slab).aspect_ratio / 2
     pairs = ((getattr(upper, name), getattr(lower, name)) for name in _NAMES)
     return InteriorFields(*(np.where(inside, above, below) for above, below in pairs))
 

@@ -43,19 +43,19 @@ def slide_with_constant_pressures(case: Case, start: ContactState, compliance: C
     stiffness = float(state.rate.sum()) * way.direction.pin_rate
     slips = np.zeros(len(nodes), np.int64)
     most, end_at = case.max_events or MOST_EVENTS, way.end(case, presliding_length(limit, stiffness))
-    events, held = first_room(most), 0
+    events, count = first_room(most), 0
     while True:
-        status, held = slide_tangentially(state, constants, allocate_events(events, most), slips, held, end_at)
+        status, count = slide_tangentially(state, constants, allocate_events(events, most), slips, count, end_at)
         # No comparison in the kernel sees a NaN, and none ever leaves the shear again.
         finite = bool(np.isfinite(state.shear).all())
-        if status != Stop.FULL or held == most or not finite:
+        if status != Stop.FULL or count == most or not finite:
             break
         events = grow_events(events)
     end = _tangential_end(case, compliance, start, state, OUTCOME_OF_STOP[status] if finite else NOT_FINITE)
     node_slips = np.zeros(case.slab.nodes, np.int64)
     node_slips[nodes] = slips
     slipped = SlippedNodes(start.first_node, node_slips)
-    return make_record_view(case, start, compliance, stiffness, events, slipped, held, end)
+    return make_record_view(case, start, compliance, stiffness, events, slipped, count, end)
 
 
 def _tangential_end(

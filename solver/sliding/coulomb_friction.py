@@ -99,11 +99,11 @@ class CoulombRun:
         rates = coulomb.stick_and_slide_in_motion(solved)
         self.initial_stiffness = self.way.stiffness(float(rates[0][0].sum()))
         self.presliding = presliding_length(coulomb.limit_of_all(solved), self.initial_stiffness)
-        while len(self.rows) < (case.max_events or math.inf) and (left := self._remaining_way()) > 0.0:
+        while len(self.rows) < (case.max_events or math.inf) and (way_left := self._remaining_way()) > 0.0:
             share_of_events = len(self.rows) / (case.max_events or math.inf)
-            report_progress(max(solved.gone / (solved.gone + left), share_of_events))
+            report_progress(max(solved.gone / (solved.gone + way_left), share_of_events))
             step, kind, node = coulomb.next_change(solved, rates)
-            longest = min(self._longest(), left)
+            longest = min(self._longest(), way_left)
             self.dissipated += coulomb.advance(solved, min(step, longest), rates)
             before = float(solved.force[0].sum())
             touching, slips = solved.contact.copy(), solved.node_slips.copy()

@@ -57,11 +57,11 @@ def slide_full_contact(case: Case, start: ContactState, compliance: Compliance, 
     Without the effect `coupling` shear and pressure do not act on each other.
     """
     compliance = compliance if case.effects.coupling else compliance.decouple()
-    found = _slide(case, start, compliance, way, whole=False)
-    if found is None:
-        found = _slide(case, start, compliance, way, whole=True)
-        assert found is not None  # there are no nodes beyond the whole surface
-    return found
+    run = _slide(case, start, compliance, way, whole=False)
+    if run is None:
+        run = _slide(case, start, compliance, way, whole=True)
+        assert run is not None  # there are no nodes beyond the whole surface
+    return run
 
 
 def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, whole: bool) -> Run | None:
@@ -72,47 +72,47 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
     most, end_at = case.max_events or MOST_EVENTS, way.end(case, presliding)
     share = partial(_share_done, case, start, way, presliding)
     piece = RESUMABLE * case.slab.rows
-    events, held, windows, load_work = first_room(most), 0, 0, 0.0
+    events, count, windows, load_work = first_room(most), 0, 0, 0.0
     slipped = SlippedNodes(start.first_node, np.zeros(case.slab.nodes, np.int64))
     while True:
-        stop = min(len(events.displacement), most, (held // piece + 1) * piece)
-        before, first, window = held, compiled.first_node, compiled.window
+        stop = min(len(events.displacement), most, (count // piece + 1) * piece)
+        before, first, window = count, compiled.first_node, compiled.window
         slips = np.zeros(len(window), np.int64)
-        status, held = _follow_in_batches(compiled, allocate_events(events, stop), slips, held, end_at, share)
+        status, count = _follow_in_batches(compiled, allocate_events(events, stop), slips, count, end_at, share)
         slipped.grid_slips(first, case.slab.nodes)[window] += slips
         # Kernels count nodes from the first of the window.
-        events.node[before:held] = first + window[events.node[before:held]]
-        beyond = extend_record(case, presliding, held) if math.isnan(way.until) else end_at
+        events.node[before:count] = first + window[events.node[before:count]]
+        beyond = extend_record(case, presliding, count) if math.isnan(way.until) else end_at
         # A record with few enough events goes on (`extend_record`): how many there are is known only at its first end.
         if status == Stop.DONE and end_at < beyond:
             end_at = beyond
             continue
-        if status not in GOING_ON or (status == Stop.FULL and held == most):
+        if status not in GOING_ON or (status == Stop.FULL and count == most):
             break
-        if held == len(events.displacement):
+        if count == len(events.displacement):
             events = grow_events(events)
         windows += status == Stop.WINDOW_TOO_NARROW
-        short = bool(case.heterogeneity.roughness) and windows > AT_FIRST + held % piece / LASTING
-        going_on, status = continue_contact(compiled, status, whole, whole or short, anew=held % piece == 0)
+        short = bool(case.heterogeneity.roughness) and windows > AT_FIRST + count % piece / LASTING
+        going_on, status = continue_contact(compiled, status, whole, whole or short, anew=count % piece == 0)
         if going_on is None:
             return None
         if going_on is not compiled:
             load_work += compiled.state.scalars["load_work"]
-        compiled, windows = going_on, windows if held % piece else 0
+        compiled, windows = going_on, windows if count % piece else 0
         if status != Stop.DONE:
             break
     end = contact_value(compiled, OUTCOME_OF_STOP[correct_rounding(compiled, status)])
     if has_node_beyond_window(compiled, end):
         return None
     load_work += compiled.state.scalars["load_work"]
-    return make_record_view(case, start, compliance, initial_stiffness, events, slipped, held, end, load_work)
+    return make_record_view(case, start, compliance, initial_stiffness, events, slipped, count, end, load_work)
 
 
 def _follow_in_batches(
     compiled: CompiledContact,
     events: Events,
     slips: NDArray[np.int64],
-    held: int,
+    count: int,
     end_at: float,
     share: Callable[[CompiledContact, int, float], float],
 ) -> tuple[Stop, int]:
@@ -122,29 +122,29 @@ def _follow_in_batches(
     """
     batch = max(REPORTED // len(compiled.window), 1)
     while True:
-        room = allocate_events(events, min(held + batch, len(events.displacement)))
-        status, held = follow_path(compiled.state, compiled.constants, room, slips, held, end_at)
-        if status != Stop.FULL or held == len(events.displacement):
-            return status, held
-        report_progress(share(compiled, held, end_at))
+        room = allocate_events(events, min(count + batch, len(events.displacement)))
+        status, count = follow_path(compiled.state, compiled.constants, room, slips, count, end_at)
+        if status != Stop.FULL or count == len(events.displacement):
+            return status, count
+        report_progress(share(compiled, count, end_at))
 
 
 def _share_done(
-    case: Case, start: ContactState, way: Way, presliding: float, compiled: CompiledContact, held: int, end_at: float
+    case: Case, start: ContactState, way: Way, presliding: float, compiled: CompiledContact, count: int, end_at: float
 ) -> float:
-    """Share that is done of a way that ends at `end_at`, or of the events that limit a record, after `held` events."""
+    """Share that is done of a way that ends at `end_at`, or of the events that limit a record, after `count` events."""
     begin, here = start.displacement, float(compiled.state.scalars["displacement"])
     if not way.direction.pin_rate:
         begin, here = way.load, float(-compiled.state.inputs[-1])
     done = (here - begin) / (end_at - begin) if end_at != begin else 1.0
     if math.isnan(way.until) and done > 0.0:
         # Where it ends first the record has held / done events, and may go on.
-        done *= end_at / max(end_at, extend_record(case, presliding, held / done))
-    return min(max(done, held / (case.max_events or MOST_EVENTS)), 1.0)
+        done *= end_at / max(end_at, extend_record(case, presliding, count / done))
+    return min(max(done, count / (case.max_events or MOST_EVENTS)), 1.0)
 
 
 def continue_contact(
-    compiled: CompiledContact, status: Stop, whole: bool, widest: bool, anew: bool
+    compiled: CompiledContact, status: Stop, follow_all: bool, widest: bool, anew: bool
 ) -> tuple[CompiledContact | None, Stop]:
     """A compiled contact to go on with after `status` (in GOING_ON), and DONE or why it cannot go on.
 
@@ -161,11 +161,11 @@ def continue_contact(
         status = correct_rounding(compiled, Stop.DONE)
     if anew and status == Stop.DONE:
         status = correct_rounding(compiled, status)
-        followed = _set_up_again(compiled, whole)
+        followed = _set_up_again(compiled, follow_all)
     return followed, status
 
 
-def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | None:
+def _set_up_again(compiled: CompiledContact, follow_all: bool) -> CompiledContact | None:
     """Set the contact up again from its current state; None if a node beyond the window lies inside the pin."""
     state = contact_value(compiled, COMPLETED)
     if has_node_beyond_window(compiled, state):
@@ -173,7 +173,7 @@ def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | N
     scalars, load = compiled.state.scalars, float(-compiled.state.inputs[-1])
     way = Way(load, Direction(*(scalars[name] for name in Direction._fields)))
     compiled.give_up()
-    return compile_state(compiled.case, compiled.compliance, state, whole, way)
+    return compile_state(compiled.case, compiled.compliance, state, follow_all, way)
 
 
 def compile_state(
@@ -191,6 +191,6 @@ def compile_state(
     return compile_contact(case, compliance, contact, u, height, followed, *place, slides=True)
 
 
-def _nodes_to_follow(case: Case, state: ContactState, whole: bool) -> NDArray[np.bool_]:
+def _nodes_to_follow(case: Case, state: ContactState, follow_all: bool) -> NDArray[np.bool_]:
     where = (state.u, state.w + state.approach, state.displacement, state.first_node)
-    return np.ones_like(state.contact) if whole else nodes_in_reach(case, state.contact, *where)
+    return np.ones_like(state.contact) if follow_all else nodes_in_reach(case, state.contact, *where)

@@ -59,9 +59,9 @@ class Leg(FrictionRecord):
 
     def curve(self) -> tuple[Vector, Vector]:
         """δ_p and friction force with its sign, before and after each event and at both ends, in L_x and G·L_x·L_y."""
-        found = teeth(self)
-        force = np.column_stack((found.start, found.end)).ravel()
-        displacement = np.repeat(found.edges, 2)[1:-1]
+        leg_teeth = teeth(self)
+        force = np.column_stack((leg_teeth.start, leg_teeth.end)).ravel()
+        displacement = np.repeat(leg_teeth.edges, 2)[1:-1]
         return self.turn + self.direction * displacement, self.direction * force
 
 

@@ -119,17 +119,17 @@ class Teeth:
         """∫F from the first edge to each x within the edges, without approximation."""
         width = self.edges[1:] - self.edges[:-1]
         pieces = 0.5 * width * (self.start + self.end)
-        whole = np.zeros(len(self.edges))
-        pieces.cumsum(out=whole[1:])
+        sums = np.zeros(len(self.edges))
+        pieces.cumsum(out=sums[1:])
         piece = self.edges[1:-1].searchsorted(x, side="right")
         part = x - self.edges[piece]
         rise = (self.end - self.start)[piece] * _share_of_piece(part, width[piece])
-        return np.asarray(whole[piece] + part * (self.start[piece] + 0.5 * rise))
+        return np.asarray(sums[piece] + part * (self.start[piece] + 0.5 * rise))
 
     def block_means(self, first: float, last: float, count: int) -> Floats:
         """Mean force in `count` equal stretches of displacement from `first` to `last`."""
-        whole = self.integral(np.linspace(first, last, count + 1))
-        return (whole[1:] - whole[:-1]) * (count / (last - first))
+        integrals = self.integral(np.linspace(first, last, count + 1))
+        return (integrals[1:] - integrals[:-1]) * (count / (last - first))
 
 
 def teeth(record: FrictionRecord) -> Teeth:
@@ -150,14 +150,14 @@ def _share_of_piece(part: Floats, width: Floats) -> Floats:
 def plateau_of(record: FrictionRecord) -> Plateau:
     """The steady part of `record`; without a plateau the outcome is `NO_PLATEAU`, with advice."""
     require_record(record)
-    events, whole = len(record.displacement), 0
+    events, spacings = len(record.displacement), 0
     begins = RUN_IN * record.presliding_length
     if not begins < record.final_displacement:
         reached = f"the record ends after {record.presliding_lengths:.2g} presliding lengths"
         return _missing_plateau("run_in", f"{reached}, run-in takes {RUN_IN:g}", record)
-    if events and (whole := math.floor((record.displacement[-1] - begins) / record.spacing)):
+    if events and (spacings := math.floor((record.displacement[-1] - begins) / record.spacing)):
         # Counted back from the last event: what is left over falls to run-in.
-        begins = record.displacement[-1] - whole * record.spacing
+        begins = record.displacement[-1] - spacings * record.spacing
     first, last = int(np.searchsorted(record.displacement, begins)), events - 1
     if last - first < FEWEST_EVENTS:
         return _missing_plateau(
@@ -170,9 +170,9 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     widths = np.diff(steady.edges)
     node_widths = np.concatenate(([0.0], (widths * record.contact_size[first:last]).cumsum()))
     half = 0.5 * (end - start)
-    if whole > 1:
+    if spacings > 1:
         # Halves of whole node spacings see the same pattern of the surface.
-        half = whole // 2 * record.spacing
+        half = spacings // 2 * record.spacing
     places = np.array((start, start + half, end - half, end))
     # Over the width between the places of the integral, which is rounded, not over `half`.
     per_early, per_late = 1.0 / (start + half - start), 1.0 / (end - (end - half))
@@ -208,13 +208,13 @@ def plateau_error(plateaus: Sequence[Plateau]) -> float:
     Drift from half to half that chance does not explain (two-way analysis of variance: Searle et al., Variance
     Components, 1992). NaN for a single start.
     """
-    return _drift_error([each.drift for each in plateaus])
+    return _drift_error([plateau.drift for plateau in plateaus])
 
 
 def stress_error(plateaus: Sequence[Plateau]) -> float:
     """Part of the ± of a mean stress on the plateau that all its starts share, including changes of the area; in
     W/(L_x·L_y)."""
-    return _drift_error([each.stress_drift for each in plateaus])
+    return _drift_error([plateau.stress_drift for plateau in plateaus])
 
 
 def event_drift_error(plateaus: Sequence[Plateau]) -> float:
@@ -225,7 +225,7 @@ def event_drift_error(plateaus: Sequence[Plateau]) -> float:
     """
     if not all(map(repeats, plateaus)):
         return math.nan
-    return _drift_error([each.event_drift for each in plateaus])
+    return _drift_error([plateau.event_drift for plateau in plateaus])
 
 
 def repeats(plateau: Plateau) -> bool:

@@ -135,7 +135,7 @@ def _distances(sizes: SizeSample, firsts: NDArray[np.int64], exponents: Vector) 
     """Distance of Kolmogorov and Smirnov for each tail."""
     if sizes.discrete:
         return _discrete_distances(sizes.values, firsts, exponents)
-    logs, found = np.log(sizes.values), np.empty(len(firsts))
+    logs, distances = np.log(sizes.values), np.empty(len(firsts))
     for place, (first, exponent) in enumerate(zip(firsts, exponents, strict=True)):
         count = len(logs) - first
         every = -(-count // PLACES[0])
@@ -144,15 +144,15 @@ def _distances(sizes: SizeSample, firsts: NDArray[np.int64], exponents: Vector) 
         below = np.arange(0, count, every) / count
         # The distribution of the sizes jumps at each: both ends of the jump count.
         at_and_below = below + 1.0 / count
-        found[place] = max((at_and_below - model).max(), (model - below).max())
-    return found
+        distances[place] = max((at_and_below - model).max(), (model - below).max())
+    return distances
 
 
 def _discrete_distances(values: Vector, firsts: NDArray[np.int64], exponents: Vector) -> Vector:
     """Distances for whole numbers: the distributions are compared at each number that occurs, and just below it."""
     numbers, starts = np.unique(values, return_index=True)
     places = np.searchsorted(numbers, values[firsts])
-    found = np.empty(len(firsts))
+    distances = np.empty(len(firsts))
     for row, (place, first, exponent) in enumerate(zip(places, firsts, exponents, strict=True)):
         seen = (len(values) - starts[place:]) / (len(values) - first)
         beyond = np.append(seen[1:], 0.0)
@@ -162,8 +162,8 @@ def _discrete_distances(values: Vector, firsts: NDArray[np.int64], exponents: Ve
         above = at_least - density(here, exponent, here[0], True)
         differences = np.abs(seen[chosen] - at_least)
         differences_beyond = np.abs(beyond[chosen] - above)
-        found[row] = max(differences.max(), differences_beyond.max())
-    return found
+        distances[row] = max(differences.max(), differences_beyond.max())
+    return distances
 
 
 def _places(count: int) -> NDArray[np.int64]:
@@ -233,15 +233,15 @@ def _whole_sizes(uniform: Vector, exponent: float, cutoff: float) -> Vector:
     numbers = cutoff + np.arange(TABLED + 1.0)
     shares = survival(numbers, exponent, cutoff, True)
     # Shares fall as numbers grow: with the minus they rise, as the search needs.
-    found = cutoff + np.searchsorted(-shares, -uniform, side="right") - 1.0
+    sizes = cutoff + np.searchsorted(-shares, -uniform, side="right") - 1.0
     beyond = uniform <= shares[-1]
     last = numbers[-1]
     # ζ(τ, k) is k^(1-τ) about half a number lower, to 1e-6 out there; beyond 1e15 numbers are not whole any more.
     with np.errstate(over="ignore"):
         share = uniform[beyond] / shares[-1]
         ratio = np.minimum(share ** (-1.0 / (exponent - 1.0)), 1e15)
-    found[beyond] = np.floor((last - 0.5) * ratio + 0.5)
-    return np.asarray(found)
+    sizes[beyond] = np.floor((last - 0.5) * ratio + 0.5)
+    return np.asarray(sizes)
 
 
 PER_DECADE = 8

@@ -113,10 +113,10 @@ def rank_correlation(first: Vector, second: Vector) -> float:
 
     Of m independent pairs it is 0 with a standard error of 1/√(m - 1).
     """
-    known = np.isfinite(first) & np.isfinite(second)
-    if known.sum() < FEWEST_PAIRS:
+    is_known = np.isfinite(first) & np.isfinite(second)
+    if is_known.sum() < FEWEST_PAIRS:
         return math.nan
-    one, other = _ranks(first[known]), _ranks(second[known])
+    one, other = _ranks(first[is_known]), _ranks(second[is_known])
     one, other = one - one.mean(), other - other.mean()
     scale = math.sqrt(float(one @ one) * float(other @ other))
     return float(one @ other) / scale if scale > 0.0 else math.nan
@@ -177,9 +177,9 @@ class SizeDistribution(OneLine):
     def _facts(self) -> Iterator[str]:
         yield f"{self.count} sizes to {self.largest:.4g}"
         if self.tail:
-            known = math.isfinite(self.exponent)
-            found = with_error(self.exponent, self.exponent_uncertainty) if known else "at a bound"
-            yield f"exponent {found} from {self.cutoff:.4g} on"
+            is_known = math.isfinite(self.exponent)
+            exponent = with_error(self.exponent, self.exponent_uncertainty) if is_known else "at a bound"
+            yield f"exponent {exponent} from {self.cutoff:.4g} on"
             yield f"goodness {self.goodness:.2g}{', no power law' if self.goodness < power_law.SIGNIFICANT else ''}"
 
 
@@ -189,24 +189,24 @@ def size_distribution(*members: Values, discrete: bool, draws: int = power_law.D
     All numbers are NaN if too few members have sizes (`fewest_members`). discrete: whole numbers, such as slips.
     draws: samples for the goodness of fit, which is NaN for 0.
     """
-    each, sample = _together(members, discrete)
+    member_sizes, sample = _together(members, discrete)
     count, law = len(sample.values), power_law.find_power_law(sample)
     mean = float(sample.values.mean()) if count else math.nan
     largest = float(sample.values[-1]) if count else math.nan
     if law is None:
-        nothing = (math.nan, math.nan, len(each), math.nan, 0, math.nan, math.nan)
+        nothing = (math.nan, math.nan, len(member_sizes), math.nan, 0, math.nan, math.nan)
         return SizeDistribution(count, mean, largest, *nothing)
     goodness = power_law.goodness_of_fit(sample, law, draws)
-    exponent = exponent_over_members(each, law.exponent, discrete)
+    exponent = exponent_over_members(member_sizes, law.exponent, discrete)
     return SizeDistribution(count, mean, largest, *exponent, *law[1:], goodness)
 
 
 def _together(members: Sequence[Values], discrete: bool) -> tuple[list[Floats], power_law.SizeSample]:
     """Sizes of each member with sizes, and of all together; empty if too few members have sizes."""
-    each = [values for sizes in members if len(values := power_law.sort_sizes(sizes, discrete).values)]
-    enough = len(each) >= fewest_members(len(members))
-    together = np.concatenate([np.empty(0), *each]) if enough else np.empty(0)
-    return each, power_law.sort_sizes(together, discrete)
+    member_sizes = [values for sizes in members if len(values := power_law.sort_sizes(sizes, discrete).values)]
+    enough = len(member_sizes) >= fewest_members(len(members))
+    together = np.concatenate([np.empty(0), *member_sizes]) if enough else np.empty(0)
+    return member_sizes, power_law.sort_sizes(together, discrete)
 
 
 def exponent_over_members(members: Sequence[Floats], fitted: float, discrete: bool) -> tuple[float, float, int]:
@@ -215,7 +215,7 @@ def exponent_over_members(members: Sequence[Floats], fitted: float, discrete: bo
         return exponent, math.nan, len(members)
     # The cut-off is looked for without each member anew, as its choice is a part of the error: with that of all members as given
     # ± held in 57 to 69 of 100 ensembles of 2 to 16 members, so in 67 to 84.
-    rest = (np.concatenate([np.empty(0), *members[:left], *members[left + 1 :]]) for left in range(len(members)))
+    rest = (np.concatenate([np.empty(0), *members[:number], *members[number + 1 :]]) for number in range(len(members)))
     laws = [power_law.find_power_law(power_law.sort_sizes(sizes, discrete)) for sizes in rest]
     error = jackknife([power_law.exponent_in_range(law.exponent) if law else math.nan for law in laws])
     return exponent, error, len(members)
@@ -258,8 +258,8 @@ def _size_fields(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
 def _declare_fields(name: str, meaning: str, comment: str = "", **more: Any) -> list[tuple[str, Any, Field[Any]]]:
     """Declare a field and, if its dataset states a ±, the two numbers that accompany it."""
     beside = ("_uncertainty", "_members") if more.get("ensemble") else ()
-    own = (name, Any, quantity(meaning, comment=comment, **more))
-    return [own, *((name + end, Any, field()) for end in beside)]
+    column = (name, Any, quantity(meaning, comment=comment, **more))
+    return [column, *((name + end, Any, field()) for end in beside)]
 
 
 _ALONE: Final = {
@@ -308,25 +308,25 @@ def event_distributions(
     members: Sequence[tuple[FrictionRecord, Plateau]], draws: int = power_law.DRAWS
 ) -> tuple[Any, SizeBins]:
     """The EventDistributions and SizeBins of an ensemble: of the steady parts of its usable records."""
-    each = []
+    member_sizes = []
     for record, plateau in members:
         # No displacement is at least NaN: a record that is not usable gives no sizes.
         begins = plateau.start if record.outcome.usable else math.nan
-        each.append(event_sizes(record, begins))
-    counts = [len(sizes.slips) for sizes in each if len(sizes.slips)]
-    are_enough = len(counts) >= fewest_members(len(each))
-    found: dict[str, Any] = {"sized_events": sum(counts) if are_enough else 0}
+        member_sizes.append(event_sizes(record, begins))
+    counts = [len(sizes.slips) for sizes in member_sizes if len(sizes.slips)]
+    are_enough = len(counts) >= fewest_members(len(member_sizes))
+    answer: dict[str, Any] = {"sized_events": sum(counts) if are_enough else 0}
     for size, discrete in DISCRETE.items():
-        samples = [getattr(sizes, size) for sizes in each]
+        samples = [getattr(sizes, size) for sizes in member_sizes]
         fit = size_distribution(*samples, discrete=discrete, draws=draws)
-        found |= {f"{size}_{name}": getattr(fit, name) for name in _NUMBERS}
-    alone = [_alone(sizes) for sizes in each]
+        answer |= {f"{size}_{name}": getattr(fit, name) for name in _NUMBERS}
+    alone = [_alone(sizes) for sizes in member_sizes]
     for name in _ALONE:
         mean = mean_of(np.array([numbers[name] for numbers in alone]))
-        found[name] = float(mean.mean)
-        found[f"{name}_uncertainty"] = float(mean.uncertainty)
-        found[f"{name}_members"] = float(mean.members)
-    return EventDistributions(**found), _bins(each)
+        answer[name] = float(mean.mean)
+        answer[f"{name}_uncertainty"] = float(mean.uncertainty)
+        answer[f"{name}_members"] = float(mean.members)
+    return EventDistributions(**answer), _bins(member_sizes)
 
 
 def _alone(sizes: EventSizes) -> dict[str, float]:

@@ -48,8 +48,8 @@ def run_way(case: Case, compliance: Compliance, start: ContactState | None = Non
     except (SingularOperator, TooFarApart) as error:
         run = _no_record(case, start, compliance, replace(start, outcome=error.outcome))
     end = diagnose_state(case, compliance, run.end)
-    if end.outcome.ok and not (found := lawfulness(case, start, run.record, end, run.load_work)).ok:
-        end = diagnose_state(case, compliance, replace(end, outcome=found))
+    if end.outcome.ok and not (lawful := lawfulness(case, start, run.record, end, run.load_work)).ok:
+        end = diagnose_state(case, compliance, replace(end, outcome=lawful))
     record = run.record
     record = record if end.outcome is record.outcome else replace(record, outcome=end.outcome)
     return run._replace(record=record, end=end)

@@ -86,21 +86,21 @@ def _relative_loads(case: Case, compliance: Compliance, compressed: Floats) -> F
 
 def portion(case: Case, compliance: Compliance, first: int, beyond: int, places: Ensemble = ALONE) -> Portion:
     """The sum over contacts `first` to `beyond` - 1. A contact without a record is lost, and counted: never raises."""
-    found = _empty()
+    joined = _empty()
     try:
         loads = shares(case, compliance)
         heaviest = int(loads.argmax())
         end = _end(interface_contact(case, heaviest, loads[heaviest], places), compliance)
     except SolverError as error:
-        return _count_lost(found, error.outcome, beyond - first)
+        return _count_lost(joined, error.outcome, beyond - first)
     for number in range(first, beyond):
         try:
             contact = interface_contact(case, number, loads[number], places)
             with part_of_progress((number - first) / (beyond - first), (number + 1 - first) / (beyond - first)):
-                found = _together(found, _alone(contact, compliance, end))
+                joined = _together(joined, _alone(contact, compliance, end))
         except SolverError as error:
-            found = _count_lost(found, error.outcome, 1)
-    return found
+            joined = _count_lost(joined, error.outcome, 1)
+    return joined
 
 
 def _end(case: Case, compliance: Compliance) -> float:
@@ -136,9 +136,9 @@ def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
     if not record.final_displacement >= end * (1.0 - 1e-12):  # rounding of a sum of steps
         reached = f"{len(record.displacement)} events reach {record.final_displacement / end:.2g} of the slider's way"
         raise _make_error(Outcome(Ending.INVALID, f"{reached}: raise limits.events", cause="few_events"))
-    whole, edges = teeth(record), np.linspace(0.0, end, PIECES + 1)
+    record_teeth, edges = teeth(record), np.linspace(0.0, end, PIECES + 1)
     # A record may end a rounding before the common end.
-    force = whole.force(np.minimum(edges, whole.edges[-1]))
+    force = record_teeth.force(np.minimum(edges, record_teeth.edges[-1]))
     force[-1] = record.final_force
     piece = edges.searchsorted(record.displacement, side="right") - 1
     piece = np.clip(piece, 0, PIECES - 1)
@@ -187,12 +187,12 @@ def _empty() -> Portion:
     return Portion(**made | {"outcome": COMPLETED})
 
 
-def _count_lost(found: Portion, outcome: Outcome, lost: int) -> Portion:
+def _count_lost(portion: Portion, outcome: Outcome, lost: int) -> Portion:
     """A portion with some contacts lost. Its own outcome is completed; lost contacts are counted and reported once."""
-    first = not found.lost
-    ending = _ENDINGS.index(outcome.ending) if first else found.ending
-    reported = replace(outcome if first else found.outcome, ending=Ending.COMPLETED)
-    return replace(found, lost=found.lost + lost, ending=ending, outcome=reported)
+    first = not portion.lost
+    ending = _ENDINGS.index(outcome.ending) if first else portion.ending
+    reported = replace(outcome if first else portion.outcome, ending=Ending.COMPLETED)
+    return replace(portion, lost=portion.lost + lost, ending=ending, outcome=reported)
 
 
 def _together(one: Portion, other: Portion) -> Portion:
@@ -228,9 +228,9 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
     if total.contacts < fewest_members(case.interface.contacts):
         raise _make_error(replace(total.outcome, ending=_ENDINGS[total.ending]))
     # Contacts with a record carry the load of those without, too.
-    there = case.total_load / total.load
+    share = case.total_load / total.load
     edges = np.linspace(0.0, total.end, PIECES + 1)
-    force = total.force * there
+    force = total.force * share
     columns = {
         "displacement": edges[1:],
         "force_before": force[1:],
@@ -240,7 +240,7 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
         "node": np.full(PIECES, -1, np.int32),
         "contact_size": total.contact_size[1:].copy(),
         **{name: getattr(total, name).copy() for name in _COUNTED},
-        "dissipated": total.dissipated * there,
+        "dissipated": total.dissipated * share,
         "node_x": np.empty(0),
         "node_slips": np.empty(0, np.int64),
     }
@@ -254,7 +254,7 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
         node_area=case.slab.node_area,
         presliding_length=total.presliding_length,
         initial_force=float(force[0]),
-        initial_stiffness=total.stiffness * there,
+        initial_stiffness=total.stiffness * share,
         initial_slips=total.initial_slips,
         initial_contact_size=int(total.contact_size[0]),
         end_nodes=total.end_nodes,
@@ -264,7 +264,7 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
     )
     validity = Validity(total.validity_flags, total.half_width / total.contacts)
     statistics = _statistics(record, total)
-    return Slider(validity, statistics, record, float(total.highest.max()) * there, total.lost)
+    return Slider(validity, statistics, record, float(total.highest.max()) * share, total.lost)
 
 
 def _statistics(record: FrictionRecord, total: Portion) -> EventStatistics:
@@ -272,7 +272,7 @@ def _statistics(record: FrictionRecord, total: Portion) -> EventStatistics:
 
     Each number is given here: that of the record itself, as `event_statistics` has it, would count pieces.
     """
-    each = 1.0 / total.events if total.events else math.nan
+    per_event = 1.0 / total.events if total.events else math.nan
     return EventStatistics(
         peak_friction=record.highest_force / record.normal_load if record.final_displacement > 0.0 else math.nan,
         surface_stiffness=record.initial_stiffness,
@@ -288,9 +288,9 @@ def _statistics(record: FrictionRecord, total: Portion) -> EventStatistics:
         slips=total.slip_events,
         releases=total.release_events,
         touches=total.touch_events,
-        mean_step=total.end * each,
-        mean_slips=float(total.slips.sum()) * each,
-        mean_drop=total.fallen / total.load * each,
+        mean_step=total.end * per_event,
+        mean_slips=float(total.slips.sum()) * per_event,
+        mean_drop=total.fallen / total.load * per_event,
     )
 
 

@@ -320,8 +320,8 @@ def _travel(case: Case, displacement: float) -> float:
 def _margin(case: Case, nodes: NDArray[Any]) -> float:
     """Distance from the edge of the contact of these nodes (at least one) to the nearer end of the surface."""
     last, places = case.slab.n_x - 1, case.slab.layout.places(nodes)
-    first_in_contact = min(int(each.min()) for each in places)
-    last_in_contact = max(int(each.max()) for each in places)
+    first_in_contact = min(int(places_of_event.min()) for places_of_event in places)
+    last_in_contact = max(int(places_of_event.max()) for places_of_event in places)
     between = min(first_in_contact, last - last_in_contact)
     # The contact is taken to end half a spacing beyond its last node.
     return (between - 0.5) * case.slab.spacing
@@ -339,22 +339,22 @@ def _decide_flags(case: Case, seen: _Seen, expected: float) -> Flags:
     strained = pressed or case.slip_rule.strength > LARGEST_PRESSURE
     # The slope of the pin itself, at the contact's edge, is half-width over radius.
     is_felt = slope > FELT * narrowest / case.radius
-    found: list[Flag] = []
+    flags: list[Flag] = []
     if seen.fewest < layout.FEWEST:
-        found.append(Flag.few_nodes)
+        flags.append(Flag.few_nodes)
     if place is not None:
-        found.append(place)
+        flags.append(place)
     if seen.travel > seen.half_width:
-        found.append(Flag.beyond_contact)
+        flags.append(Flag.beyond_contact)
     if strained:
-        found.append(Flag.large_strain)
+        flags.append(Flag.large_strain)
     if not scheme.resolves(case.slab, max(narrowest, several)):
-        found.append(Flag.unresolved_slab)
+        flags.append(Flag.unresolved_slab)
     if missed > MISSED * slope and is_felt:
-        found.append(Flag.unresolved_roughness)
+        flags.append(Flag.unresolved_roughness)
     if any(0.0 < length < 2.0 * narrowest for length in image.lengths):
-        found.append(Flag.short_profile)
-    return tuple(found)
+        flags.append(Flag.short_profile)
+    return tuple(flags)
 
 
 def _place(case: Case, seen: _Seen) -> Flag | None:

@@ -97,21 +97,21 @@ def make_record_view(
     initial_stiffness: float,
     events: Events,
     slipped: SlippedNodes,
-    held: int,
+    count: int,
     end: ContactState,
     load_work: float = 0.0,
     rest: float = 0.0,
 ) -> Run:
-    """The record of a run of `held` events from `start` to `end`, read-only. rest: energy lost after the last event."""
-    full = held == len(events.displacement)
-    columns = {name: column if full else column[:held].copy() for name, column in events._asdict().items()}
+    """The record of a run of `count` events from `start` to `end`, read-only. rest: energy lost after the last event."""
+    full = count == len(events.displacement)
+    columns = {name: column if full else column[:count].copy() for name, column in events._asdict().items()}
     for column in (*columns.values(), slipped.slips):
         column.setflags(write=False)
     load = columns.pop("load")
     final, rows = (end.displacement, end.friction_force), case.slab.rows
     columns_in_contact = (start.contact | end.contact).reshape(-1, rows)
     at_ends = columns_in_contact[[0, -1]]
-    if held and not end.outcome.ok:
+    if count and not end.outcome.ok:
         # A run that broke off inside an event ends, as a record, with its last whole event.
         last_displacement = float(columns["displacement"][-1])
         last_force = float(columns["force_after"][-1])

@@ -85,7 +85,7 @@ class Deciding(NamedTuple):
     @property
     def computed(self) -> list[Spacing]:
         """Spacings whose number is known."""
-        return [each for each in self.spacings if each.has_value]
+        return [spacing for spacing in self.spacings if spacing.has_value]
 
 
 def deciding(
@@ -104,7 +104,7 @@ def deciding(
     """
     assert case.case is not None
     if drive is None and variable in uncertain_names(KINDS[DRIVE]):
-        drive = next(each.drive for each in manifest.drives if each.drive)
+        drive = next(spacing.drive for spacing in manifest.drives if spacing.drive)
     kept = Store(out / FOLDER) if out else None
     search = _Search(manifest, case, variable, most, drive, kept, announce)
     # The cheaper grid shows what the finer one takes.
@@ -116,7 +116,7 @@ def deciding(
         without_drop = friction if variable in OF_FRICTION else _WITHOUT_DROP.get(variable, math.nan)
     strong = variable in OF_FRICTION and case.case.slip_rule.strength > 0.0
     strength = 1.0 - case.case.intrinsic_friction / friction if strong else 0.0
-    return Deciding(variable, tuple(each for each in spacings if each), without_drop, strength)
+    return Deciding(variable, tuple(spacing for spacing in spacings if spacing), without_drop, strength)
 
 
 def numbers_of_tasks() -> frozenset[str]:
@@ -145,27 +145,27 @@ class _Search:
         """The first of these spacings that has the number, else the first that the scheme takes."""
         first = None
         for other in filter(None, map(self._on, factors)):
-            found = self._computed(other)
-            if found.has_value:
-                return found
-            first = first or found
+            spacing = self._computed(other)
+            if spacing.has_value:
+                return spacing
+            first = first or spacing
         return first
 
     def _on(self, factor: float) -> Case | None:
         """The case with nodes this much further apart, about; None where its scheme or settings exclude that, or where the grid
         has a validity flag that the case's own has not: its number would be no measure of the spacing's influence."""
         names = self.case.labels.names
-        own = dict(zip(names, self.case.values, strict=True))
-        given = dict(self.manifest.fixed)
+        labels = dict(zip(names, self.case.values, strict=True))
+        parameters = dict(self.manifest.fixed)
         # What a case leaves open is as the campaign has it.
-        stated = {name: value for name, value in own.items() if value is not None}
-        given.update(stated)
+        stated = {name: value for name, value in labels.items() if value is not None}
+        parameters.update(stated)
         # All schemes take odd numbers of nodes.
         nodes = 2 * round(self._spaces / factor / 2) + 1
         assert self.case.case is not None
         # A scheme may take only some numbers of nodes, and others only below a limit.
         with suppress(InvalidInput):
-            other = make_case({**given, "n_x": nodes})
+            other = make_case({**parameters, "n_x": nodes})
             own_doubts = predict_flags(self.case.case)
             doubts = {*predict_flags(other)} - {*own_doubts}
             # Rounding to an odd number may have led back to the case's own grid.
@@ -179,7 +179,7 @@ class _Search:
 
     def _computed(self, other: Case) -> Spacing:
         factor = self._spaces / (other.slab.n_x - 1)
-        found = Spacing(factor, other.slab.n_x)
+        spacing = Spacing(factor, other.slab.n_x)
         tasks = self._affordable_tasks(other)
         having_number = [task for _, task in tasks if self.variable in uncertain_names(KINDS[task.kind])]
         last = having_number[-1]
@@ -194,9 +194,9 @@ class _Search:
             # Before anything has run the estimate alone decides, which is within a factor of ten.
             seconds = (self.rate or 1.0) * expected
             if seconds > self.most:
-                return replace(found, seconds=seconds)
+                return replace(spacing, seconds=seconds)
             if self.announce:
-                self.announce(found.n_x, seconds)
+                self.announce(spacing.n_x, seconds)
             # The first computation loads libraries and compiles kernels, which is not to be measured.
             if not self.rate:
                 compute_tasks(self._tasks(other, Ensemble()), {})
@@ -205,34 +205,34 @@ class _Search:
             self.rate = sum(seconds for _, seconds in done.values()) / expected
             results = [done[task.key][0] for task in wanted]
             _keep(results, self.kept)
-        return self._with_value(found, results)
+        return self._with_value(spacing, results)
 
     def _affordable_tasks(self, other: Case) -> list[tuple[str, Task]]:
         """Tasks of as many members as the case has if they take no longer than allowed, else of FEWEST."""
-        own = self.manifest.ensemble
-        members = max(own.likely, FEWEST)
-        tasks = self._tasks(other, Ensemble(members, places=own.places))
+        ensemble = self.manifest.ensemble
+        members = max(ensemble.likely, FEWEST)
+        tasks = self._tasks(other, Ensemble(members, places=ensemble.places))
         expected = sum(estimate(task)[0] for _, task in tasks)
         if (self.rate or 1.0) * expected <= self.most:
             return tasks
-        return self._tasks(other, Ensemble(FEWEST, places=own.places))
+        return self._tasks(other, Ensemble(FEWEST, places=ensemble.places))
 
-    def _with_value(self, found: Spacing, results: Sequence[TaskResult]) -> Spacing:
+    def _with_value(self, spacing: Spacing, results: Sequence[TaskResult]) -> Spacing:
         """With the mean and its ± as a dataset would have them. results: of the record, if any, and last of the number's task."""
         result = results[-1]
-        found = replace(found, ending=result.outcome.ending.value)
+        spacing = replace(spacing, ending=result.outcome.ending.value)
         scalars = _as_row(result)
         key = scalar_key(self.variable, result)
         if key not in scalars:
-            return found
+            return spacing
         number = result_quantities(KINDS[result.kind])[key]
-        known, unit = mean_in_dataset(scalars, key, number), self._unit(number)
-        records = [_as_row(each) for each in results if each.kind == "record"]
+        mean, unit = mean_in_dataset(scalars, key, number), self._unit(number)
+        records = [_as_row(task_result) for task_result in results if task_result.kind == "record"]
         # Members whose records are the same are one start, of which no mean has a ±.
         one_start = any(bool(alike_starts(record)[0]) for record in records)
-        error = math.nan if one_start else float(known.uncertainty[0]) * unit
-        value = float(known.mean[0]) * unit
-        return replace(found, value=value, error=error)
+        error = math.nan if one_start else float(mean.uncertainty[0]) * unit
+        value = float(mean.mean[0]) * unit
+        return replace(spacing, value=value, error=error)
 
     def _tasks(self, other: Case, ensemble: Ensemble) -> list[tuple[str, Task]]:
         drives = {}
@@ -257,25 +257,25 @@ def _keep(results: Sequence[TaskResult], kept: Store | None) -> None:
     if kept:
         with suppress(StoreError):
             kept.prepare()
-            for each in results:
-                kept.write(each, shared=True)
+            for result in results:
+                kept.write(result, shared=True)
 
 
-def deciding_lines(found: Deciding, title: str = "") -> Iterator[str]:
+def deciding_lines(answer: Deciding, title: str = "") -> Iterator[str]:
     """Each influence in a line: `with half the node spacing: 0.42 ± 0.01`, `with twice the node spacing: 0.48 ± 0.02`.
 
     title: symbol of the number, where a line is to name it.
     """
-    unit = as_written(variables_by_name()[found.variable].units)
-    for spacing in found.computed:
+    unit = as_written(variables_by_name()[answer.variable].units)
+    for spacing in answer.computed:
         value = compact(spacing.value, unit, spacing.error)
         # A pure number takes no prefix.
         if unit == "1":
             value = with_error(spacing.value, spacing.error)
         yield f"{title}with {times(spacing)} the node spacing: {value}"
-    yield from (missing_words(spacing) for spacing in found.spacings if not spacing.has_value)
-    if math.isfinite(found.without_drop):
-        value = f"{found.without_drop:.3g}" if found.variable in OF_FRICTION else "no stick-slip"
+    yield from (missing_words(spacing) for spacing in answer.spacings if not spacing.has_value)
+    if math.isfinite(answer.without_drop):
+        value = f"{answer.without_drop:.3g}" if answer.variable in OF_FRICTION else "no stick-slip"
         yield f"{title}if a slipping node keeps its full shear: {value}"
 
 

@@ -66,10 +66,10 @@ def pareto_front(time: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
     times = np.asarray(time, float)
     errors = np.asarray(error, float)
     is_unknown = np.isnan(times + errors)
-    known = np.where(is_unknown, np.inf, errors)
+    sure_errors = np.where(is_unknown, np.inf, errors)
     # In rising time a point is on the front if its error is below all errors before it.
-    order = np.lexsort((known, times))
-    in_order = np.append(np.inf, known[order])
+    order = np.lexsort((sure_errors, times))
+    in_order = np.append(np.inf, sure_errors[order])
     best = np.minimum.accumulate(in_order)
     on_front = np.zeros(times.shape, dtype=np.bool_)
     on_front[order] = best[1:] < best[:-1]

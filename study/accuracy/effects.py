@@ -109,14 +109,14 @@ def select_scenes(manifest: Manifest, cases: Sequence[CampaignCase], count: int,
     if not possible or ("dynamics" in manifest.stages and not drives):
         need = "a case and a drive that are possible; nanoslip plan says why none is"
         raise ManifestError.in_file(manifest.path, need)
-    own = manifest.ensemble
+    asked = manifest.ensemble
     # A change over a single member has no ±.
-    usual_members = min(own.members, USUAL_MEMBERS) if own.members > 1 else USUAL_MEMBERS
-    ensemble = Ensemble(members or usual_members, places=own.places)
+    usual_members = min(asked.members, USUAL_MEMBERS) if asked.members > 1 else USUAL_MEMBERS
+    ensemble = Ensemble(members or usual_members, places=asked.places)
     # Any target has these variables; the error that this one allows is not used.
     target = TargetTable(within=0.5)
     usual = target.variables(manifest.stages[-1], to_and_fro=not goes_one_way(manifest))
-    variables = own.of or (OF_LOOPS if manifest.paths and not drives else usual)
+    variables = asked.of or (OF_LOOPS if manifest.paths and not drives else usual)
     selected = tuple(evenly(possible, count))
     pulled = dict(evenly(drives, count))
     return Scenes(manifest, selected, pulled, ensemble, variables)
@@ -128,7 +128,7 @@ OF_LOOPS: Final = ("loss_per_cycle", "turn_friction")
 
 def comparison_seconds(scenes: Scenes) -> float:
     """Estimated core seconds of these scenes with everything and without each effect; tasks that several need count once."""
-    found: dict[str, float] = {}
+    seconds_by_key: dict[str, float] = {}
     for point in scenes.cases:
         assert point.case is not None
         left_out = _left_out(scenes, point.case)
@@ -137,8 +137,8 @@ def comparison_seconds(scenes: Scenes) -> float:
             tasks = scene_tasks(scenes.manifest, case, drives, scenes.ensemble, scenes.variables)
             for _, task in tasks:
                 seconds, *_ = estimate(task)
-                found.setdefault(task.key, seconds)
-    return math.fsum(found.values())
+                seconds_by_key.setdefault(task.key, seconds)
+    return math.fsum(seconds_by_key.values())
 
 
 class Verdict(NamedTuple):
@@ -151,13 +151,13 @@ class Verdict(NamedTuple):
     unknown: tuple[str, ...]
 
 
-def find_verdict(found: Sequence[Influence], tolerance: float) -> Verdict:
+def find_verdict(all_influences: Sequence[Influence], tolerance: float) -> Verdict:
     """Sort effects by their changes. tolerance: relative; 0 without one."""
     sorted_by = dict[str, list[str]](needed=[], negligible=[], unknown=[])
-    for effect in dict.fromkeys(each.effect for each in found):
-        own = [each for each in found if each.effect == effect]
-        changes = np.array([abs(each.change) for each in own])
-        reach = np.array([2.0 * each.uncertainty for each in own])
+    for effect in dict.fromkeys(influence.effect for influence in all_influences):
+        of_effect = [influence for influence in all_influences if influence.effect == effect]
+        changes = np.array([abs(influence.change) for influence in of_effect])
+        reach = np.array([2.0 * influence.uncertainty for influence in of_effect])
         least, most = changes - reach, changes + reach
         # One number that surely changes is enough; that an effect is negligible takes all of them. An unknown change is NaN,
         # of which neither holds.
@@ -179,20 +179,20 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
     changes = defaultdict[tuple[str, str], list[Change]](list)
     seconds = defaultdict[str, list[tuple[float, float]]](list)
     done: Done = {}
-    named = {each.label: each for each in scenes.manifest.drives}
+    named = {named_drive.label: named_drive for named_drive in scenes.manifest.drives}
     for number, campaign_case in enumerate(scenes.cases, start=1):
         assert campaign_case.case is not None
         # Results of one case fit into memory; the next case needs none of them but compliances.
         done = {key: entry for key, entry in done.items() if entry[0].kind == "compliance"}
-        whole, seconds_of_whole = _computed(scenes, campaign_case.case, scenes.drives, done)
+        results_of_whole, seconds_of_whole = _computed(scenes, campaign_case.case, scenes.drives, done)
         for effect, case, drives, problem in _left_out(scenes, campaign_case.case):
-            fewer, its_seconds = whole, seconds_of_whole
+            fewer, its_seconds = results_of_whole, seconds_of_whole
             if not problem:
                 fewer, its_seconds = _computed(scenes, case, drives, done)
             for place, result in fewer.items():
                 variable, drive = place
                 where = f"{number}, drive {drive}" if drive else f"{number}"
-                before = whole[place]
+                before = results_of_whole[place]
                 ended = before.outcome
                 if not ended.ok:
                     if drive:
@@ -261,13 +261,13 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[d
     for ensemble in (Ensemble(), scenes.ensemble):
         tasks = scene_tasks(scenes.manifest, case, drives, ensemble, scenes.variables)
         compute_tasks(tasks, done)
-    found = dict[Place, TaskResult]()
+    results = dict[Place, TaskResult]()
     for label, task in tasks:
         result, _ = done[task.key]
         names = uncertain_names(KINDS[task.kind])
-        found |= {(variable, label): result for variable in scenes.variables if variable in names}
+        results |= {(variable, label): result for variable in scenes.variables if variable in names}
     keys = [task.key for _, task in tasks if task.kind != "compliance"]
-    return found, sum(done[key][1] for key in keys)
+    return results, sum(done[key][1] for key in keys)
 
 
 def compute_tasks(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
@@ -285,14 +285,14 @@ def compute_tasks(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
 def scalar_key(variable: str, result: TaskResult) -> str:
     """Name in a result of the scalar that is a variable of the dataset."""
     numbers = result_quantities(KINDS[result.kind])
-    return next(key for key, each in numbers.items() if each.name == variable)
+    return next(key for key, quantity in numbers.items() if quantity.name == variable)
 
 
-def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -> Change:
+def _change(where: str, variable: str, without: TaskResult, with_all: TaskResult) -> Change:
     """Change of a number between two results with the same members."""
-    key = scalar_key(variable, whole)
-    unknown = [math.nan] * len(whole.scalars[key])
-    values = np.array(whole.scalars[key], float)
+    key = scalar_key(variable, with_all)
+    unknown = [math.nan] * len(with_all.scalars[key])
+    values = np.array(with_all.scalars[key], float)
     values_without = np.array(without.scalars.get(key, unknown), float)
     # Members come down at the same places in both: their differences scatter less than the numbers.
     difference = mean_of(values_without - values)
@@ -300,7 +300,7 @@ def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -
     mean = abs(float(mean_of(values).mean)) or math.nan
     ended = without.outcome.naming("duration")
     problem = ""
-    if ended != whole.outcome:
+    if ended != with_all.outcome:
         problem = ended.message if ended.ok else f"{ended.ending}: {ended.message}"
     change = float(difference.mean) / mean
     uncertainty = float(difference.uncertainty) / mean
@@ -314,16 +314,16 @@ def _means(
     every: tuple[Effect[Case] | Effect[Drive], ...] = (*scenes.of_cases, *scenes.of_drives)
     for effect in every:
         for variable in scenes.variables:
-            own = changes.get((effect.name, variable))
-            if own:
-                finite = [each for each in own if math.isfinite(each.change)]
-                known = sorted(finite, key=lambda each: each.change)
+            of_effect = changes.get((effect.name, variable))
+            if of_effect:
+                finite = [change for change in of_effect if math.isfinite(change.change)]
+                ranked_changes = sorted(finite, key=lambda change: change.change)
                 pairs = zip(*seconds[effect.name], strict=True)
-                without, whole = map(sum, pairs)
-                problems = tuple(f"case {each.where}: {each.problem}" for each in own if each.problem)
+                without, with_all = map(sum, pairs)
+                problems = tuple(f"case {change.where}: {change.problem}" for change in of_effect if change.problem)
                 # Where every change is unknown, the first one stands for all.
-                ranked = tuple(known or own[:1])
-                share = without / whole
+                ranked = tuple(ranked_changes or of_effect[:1])
+                share = without / with_all
                 yield Influence(effect.name, effect.setting, variable, ranked, share, problems)
 
 

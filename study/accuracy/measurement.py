@@ -63,7 +63,7 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
         case = replace(case, max_events=None, max_displacement=reached)
     rows: list[Row] = []
     for knob, cases in _knob_cases(case, effort).items():
-        readings = [(value, *_measure_starts(each, setup, effort)) for value, each in cases]
+        readings = [(value, *_measure_starts(case_of_value, setup, effort)) for value, case_of_value in cases]
         # The last value of each knob is the reference of the others.
         truth = readings[-1][2]
         for value, seconds, reading in readings:
@@ -154,17 +154,17 @@ def measure_integrators(setup: Setup, effort: Effort) -> Diagram:
 
     def run(integrator: Exact | RK4) -> tuple[DynamicsResult, float]:
         """The drive with another integrator, and its processor time."""
-        own = replace(drive, integrator=integrator)
-        return measure_time(partial(integrate, profile, own, record.initial_stiffness), effort.repeats)
+        with_integrator = replace(drive, integrator=integrator)
+        return measure_time(partial(integrate, profile, with_integrator, record.initial_stiffness), effort.repeats)
 
     truth, seconds = run(Exact())
     none = {"spring_force": 0.0, "velocity": 0.0}
     rows: list[Row] = [{"integrator": "exact", "step": 0.0, "seconds": seconds, **none}]
     unit = setup.scales.time(setup.drive.pin_mass)
     for step in effort.time_steps if drive.surface_compliance else ():
-        found, seconds = run(RK4(step / unit))
-        if found.outcome.ok:
-            errors = {name: _apart(getattr(found, name), getattr(truth, name)) for name in none}
+        motion, seconds = run(RK4(step / unit))
+        if motion.outcome.ok:
+            errors = {name: _apart(getattr(motion, name), getattr(truth, name)) for name in none}
             rows.append({"integrator": "rk4", "step": step, "seconds": seconds, **errors})
     return Diagram(
         title="Dynamics",
@@ -177,9 +177,9 @@ def measure_integrators(setup: Setup, effort: Effort) -> Diagram:
     )
 
 
-def _apart(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
+def _apart(computed: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
     """Root mean square difference over the root mean square of the truth."""
-    difference = np.mean((found - truth) ** 2)
+    difference = np.mean((computed - truth) ** 2)
     return float(np.sqrt(difference / np.mean(truth**2)))
 
 
@@ -187,7 +187,9 @@ def as_markdown(measurement: "Measurement") -> str:
     """The machine of the measurement, and each diagram's reference and file."""
     on = ", ".join(f"{name} {value}" for name, value in machine().items())
     parts = [f"# {measurement.title}\n\nMeasured with: {on}. {FRONT_MARK}: on the front.\n"]
-    parts += [f"- [{each.title}]({each.file}). Reference: {each.reference}." for each in measurement.diagrams]
+    parts += [
+        f"- [{diagram.title}]({diagram.file}). Reference: {diagram.reference}." for diagram in measurement.diagrams
+    ]
     return "\n".join(parts) + "\n"
 
 
@@ -212,7 +214,7 @@ def measure_accuracy(setup: Setup, effort: Effort) -> Measurement:
 
 def _measure(setup: Setup, effort: Effort) -> Measurement:
     measures, remark = (measure_elastic_operator, measure_slip_numerics, measure_records), ""
-    diagrams = [each(setup, effort) for each in measures]
+    diagrams = [measure(setup, effort) for measure in measures]
     try:
         diagrams.append(measure_integrators(setup, effort))
     # A record without a plateau drives no pin.
@@ -226,7 +228,7 @@ def write_measurement(measurement: Measurement, out: Path) -> list[Path]:
     contents = {
         out / "accuracy.md": as_markdown(measurement).encode(),
         out / "accuracy.png": draw_fronts(measurement.diagrams),
-        **{out / each.file: diagram_csv(each).encode() for each in measurement.diagrams},
+        **{out / diagram.file: diagram_csv(diagram).encode() for diagram in measurement.diagrams},
     }
     write_files(contents)
     return list(contents)

@@ -233,8 +233,8 @@ def _measured(setup: Setup, slab: Slab, effort: Effort, truth: Mapping[float, Ma
     values = punch_observables(compliance, truth)
     _, record_seconds = measure_time(partial(slide, case, compliance), effort.repeats)
     errors = [relative_errors(values[width], truth[width]) for width in truth]
-    if not any(math.isnan(value) for each in errors for value in each.values()):
-        worst = {name: max(each[name] for each in errors) for name in errors[0]}
+    if not any(math.isnan(value) for numbers in errors for value in numbers.values()):
+        worst = {name: max(numbers[name] for numbers in errors) for name in errors[0]}
         times = {"seconds": seconds, "record_seconds": record_seconds}
         yield {**_knobs(slab), **times, **worst, "error": _worst(worst)}
 

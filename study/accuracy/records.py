@@ -43,12 +43,12 @@ def plateaus_of_members(case: Case, length: float, members: int) -> Sample:
     long = replace(case, max_events=most, max_displacement=None, max_spacings=None, max_presliding=length)
     ensemble = Ensemble(members)
     cases = (ensemble.case(long, number) for number in range(members))
-    return [measure_time(partial(_plateau, each, compliance)) for each in cases]
+    return [measure_time(partial(_plateau, member_case, compliance)) for member_case in cases]
 
 
 def _plateau(case: Case, compliance: Compliance) -> float:
-    found = plateau_of(slide(case, compliance))
-    return found.mean if found.outcome.ok else math.nan
+    plateau = plateau_of(slide(case, compliance))
+    return plateau.mean if plateau.outcome.ok else math.nan
 
 
 def measure_records(setup: Setup, effort: Effort) -> Diagram:
@@ -82,8 +82,8 @@ def _dimensions(case: Case, members: int) -> Iterator[Row]:
         return
     ball = as_ball(case)
     in_depth = plateaus_of_members(ball, USUAL, members)
-    for value, each in ((2, plateaus_of_members(make_plane_strain(ball), USUAL, members)), (3, in_depth)):
-        yield _row("dimension", value, each, in_depth)
+    for value, sample in ((2, plateaus_of_members(make_plane_strain(ball), USUAL, members)), (3, in_depth)):
+        yield _row("dimension", value, sample, in_depth)
 
 
 def as_ball(case: Case) -> Case:
@@ -98,9 +98,9 @@ def as_ball(case: Case) -> Case:
     return replace(case, slab=slab, normal_load=load)
 
 
-def _row(knob: str, value: float, found: Sample, truth: Sample) -> Row:
+def _row(knob: str, value: float, sample: Sample, truth: Sample) -> Row:
     """Error of a mean: its ± (unless it is the reference's) and its distance from the reference."""
-    values, seconds = np.array(found).T
+    values, seconds = np.array(sample).T
     others, _ = np.array(truth).T
     mean, reference = mean_of(values), mean_of(others)
     # Scatter and offset are independent: their squares add up.

@@ -132,7 +132,7 @@ def make_setup(manifest: Manifest) -> Setup:
         raise ManifestError.of("pin", first.pin, "a parabola, with which accuracy is measured")
     if first.slab.support == "frictionless":
         raise ManifestError.of("support", first.slab.support, remark=POINTLESS)
-    drives = (each.drive for each in manifest.drives if each.drive)
+    drives = (drive_of_manifest.drive for drive_of_manifest in manifest.drives if drive_of_manifest.drive)
     drive = next(drives, NamedDrive("paper"))
     return Setup(manifest.title, first, drive, manifest.scales)
 
@@ -145,8 +145,8 @@ def contacts(case: Case, effort: Effort) -> tuple[float, ...]:
     """Half-widths of the effort's contacts that are about as wide as a case's own (Hertz), a/L_x."""
     widths = np.geomspace(*effort.half_widths)
     # Clipped, so that also the narrowest and the widest case find contacts like their own.
-    own = np.clip(estimate_half_width(case), widths[0], widths[-1])
-    ratios = np.maximum(widths / own, own / widths)
+    half_width = np.clip(estimate_half_width(case), widths[0], widths[-1])
+    ratios = np.maximum(widths / half_width, half_width / widths)
     # To six digits: the last bits of a power are rounding.
     return tuple(float(f"{width:.6g}") for width in widths[ratios <= ALIKE_WIDTHS])
 

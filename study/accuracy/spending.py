@@ -83,7 +83,7 @@ def spending(samples: Sequence[tuple[Sample, Sample]], n_x: int) -> Spending | N
     The change is of first order in the spacing: it is extrapolated from both grids of the samples. Members scatter less on finer
     grids, so that their scatter on the probe's is a bound.
     """
-    found = []
+    choices = []
     for fine, coarse in samples:
         # To first order the relative error is b·h: the two grids differ by b (h_coarse - h_fine), half of h changes b h/2.
         # Change of the spacing over the finer spacing.
@@ -94,8 +94,8 @@ def spending(samples: Sequence[tuple[Sample, Sample]], n_x: int) -> Spending | N
             starts = float(student(members)) * fine.scatter / math.sqrt(members)
             error = math.hypot(starts, fine.shared)
             if error <= SHARE * change:
-                found.append(Spending(members, fine.presliding, error, change))
-    return min(found, key=lambda each: each.share_of_usual, default=None)
+                choices.append(Spending(members, fine.presliding, error, change))
+    return min(choices, key=lambda choice: choice.share_of_usual, default=None)
 
 
 def _sample(manifest: Manifest, n_x: int, presliding: float, done: Done) -> Sample:

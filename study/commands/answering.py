@@ -65,17 +65,17 @@ def _first_drive(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
 
 
 def friction_answer(
-    case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Collection[str], out: Path | None
+    case: xr.Dataset, manifest: Manifest, of: CampaignCase, stated: Collection[str], out: Path | None
 ) -> list[str]:
     """Friction of a case with its ± in a line, then a line for each cause that decides it beside the starts.
 
-    given: parameters that its author gave. out: see `deciding`.
+    stated: parameters that its author gave. out: see `deciding`.
     """
     names = list(single_case.answer_values(case))
-    found = influences_on_case(case, manifest, of, out, SECONDS)
-    if found is None:
+    influences = influences_on_case(case, manifest, of, out, SECONDS)
+    if influences is None:
         return [single_case.answer(case)]
-    number = "" if names == [found.variable] else f"{number_name(found.variable)} "
+    number = "" if names == [influences.variable] else f"{number_name(influences.variable)} "
     parts = [single_case.answer_numbers(case)]
     if "critical_velocity" in case:
         parts.insert(0, critical_words(case))
@@ -89,8 +89,8 @@ def friction_answer(
     flags = ", ".join(flag.name for flag in decode_flags(mask))
     if flags:
         lines.append(f"flagged {flags}")
-    defaults = _defaults(case, manifest, of, given)
-    return [*lines, *deciding_lines(found, number), *defaults]
+    defaults = _defaults(case, manifest, of, stated)
+    return [*lines, *deciding_lines(influences, number), *defaults]
 
 
 def _error_remarks(case: xr.Dataset, names: Collection[str]) -> str:
@@ -117,12 +117,12 @@ _DECIDE: Final = ("intrinsic_friction", "radius", "normal_load", "n_x")
 """Parameters that decide the answer of a case; the first one only if it slides."""
 
 
-def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Collection[str]) -> Iterator[str]:
+def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, names_given: Collection[str]) -> Iterator[str]:
     """The deciding parameters that nobody gave, in a line: `not given, so by default: μ_i = 0.5, k = 200 kN/m`."""
     assert of.case is not None
     decide = _DECIDE["slip" not in manifest.stages :]
     flat = of.case.flat
-    not_given = [name for name in flat if name not in given]
+    not_given = [name for name in flat if name not in names_given]
     values = {name: flat[name] for name in not_given if name in decide}
     scales = manifest.stated_scales
     sizes = [summary.label_text(values, scales)] if values else []
@@ -173,7 +173,7 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:
 
     out: folder of the campaign.
     """
-    possible = [each for each in expand(manifest) if each.case]
+    possible = [campaign_case for campaign_case in expand(manifest) if campaign_case.case]
     if not possible:
         return ""
     # An end of an axis is often a limit at which something else decides.
@@ -187,8 +187,8 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:
     parameters = {name: middle.parameters[name] for name in axes}
     label = summary.label_text(parameters, manifest.stated_scales)
     where = f"The middle of {len(possible)} cases, {label}" if len(possible) > 1 else "Answer"
-    given = {*manifest.fixed, *manifest.axes}
-    answer = "; ".join(friction_answer(case, manifest, middle, given, out))
+    stated = {*manifest.fixed, *manifest.axes}
+    answer = "; ".join(friction_answer(case, manifest, middle, stated, out))
     return f"{where}: {answer}." if answer else ""
 
 
@@ -215,17 +215,17 @@ def ranking(
 
     cost: of four times its members, in words. most, out: see `deciding`.
     """
-    found = influences_on_case(case, manifest, of, out, most)
-    if found is None:
+    influences = influences_on_case(case, manifest, of, out, most)
+    if influences is None:
         return None
     # The number's own errors first, then those of the model that it comes from.
-    name, value = found.variable, float(case[found.variable])
-    model_errors = _model_errors(case, found, value)
+    name, value = influences.variable, float(case[influences.variable])
+    model_errors = _model_errors(case, influences, value)
     errors = [*budget.error_parts(case, name, cost), *model_errors]
     errors.sort(key=budget.share_rank)
     rows = [(error.source, _share_text(error.share), error.cure) for error in errors]
-    if not found.computed:
-        reasons = "; ".join(map(missing_words, found.spacings))
+    if not influences.computed:
+        reasons = "; ".join(map(missing_words, influences.spacings))
         rows.append((_SPACING, NOT_MEASURED, reasons))
     assert of.case is not None
     if "y" not in of.case.slab.layout.AXES:
@@ -244,37 +244,37 @@ def _share_text(share: float) -> str:
 
 def _percent(share: float, error: float) -> str:
     """A share with its ±, ? if unknown."""
-    known = f"{100.0 * error:.1f}" if math.isfinite(error) else "?"
-    return f"{100.0 * share:.1f} ± {known} %"
+    uncertainty = f"{100.0 * error:.1f}" if math.isfinite(error) else "?"
+    return f"{100.0 * share:.1f} ± {uncertainty} %"
 
 
-def _model_errors(case: xr.Dataset, found: Deciding, value: float) -> Iterator[budget.Error]:
+def _model_errors(case: xr.Dataset, influences: Deciding, value: float) -> Iterator[budget.Error]:
     """Node spacing and drop of a slip as parts of a number's error, where they are known."""
-    if found.computed:
-        yield _spacing_error(case, found, value)
-    if math.isfinite(found.without_drop):
+    if influences.computed:
+        yield _spacing_error(case, influences, value)
+    if math.isfinite(influences.without_drop):
         contact = value
-        if found.variable == "static_friction":
+        if influences.variable == "static_friction":
             # What inertia and damper add does not depend on the drop of a slip.
             contact -= float(case.get("static_friction_excess", 0.0))
-        share = abs(found.without_drop / contact - 1.0)
+        share = abs(influences.without_drop / contact - 1.0)
         cure = "residual_shear from 0 to 1: nanoslip fit finds it from measured friction"
         yield budget.Error("slips that drop no stress", share, cure)
-    if found.strength > 0.0:
+    if influences.strength > 0.0:
         cure = "measure friction under several loads: F/W that falls with the load is the strength's"
-        yield budget.Error("the strength without pressure", found.strength, cure)
+        yield budget.Error("the strength without pressure", influences.strength, cure)
 
 
-def _spacing_error(case: xr.Dataset, found: Deciding, value: float) -> budget.Error:
+def _spacing_error(case: xr.Dataset, influences: Deciding, value: float) -> budget.Error:
     """Change of a number by other node spacings, as a part of its error: the largest."""
-    case_error = float(case.get(f"{found.variable}_uncertainty", math.nan))
+    case_error = float(case.get(f"{influences.variable}_uncertainty", math.nan))
     shares, parts = [], []
-    for spacing in found.computed:
+    for spacing in influences.computed:
         share = abs(spacing.value / value - 1.0)
         error = math.hypot(case_error, spacing.error) / abs(value)
         shares.append(share)
         parts.append(f"{times(spacing)} the spacing (n_x = {spacing.n_x}): {_percent(share, error)}")
-    parts += [missing_words(spacing) for spacing in found.spacings if not spacing.has_value]
+    parts += [missing_words(spacing) for spacing in influences.spacings if not spacing.has_value]
     parts.append("set n_x to the spacing of what slips on your surface")
     # Neither spacing is right: the larger change is the safer estimate.
     return budget.Error(_SPACING, max(shares), "; ".join(parts))

@@ -59,7 +59,7 @@ def cli() -> None:
 # Import the code of a command when the command is called, so that help, completion and usage errors are instant.
 
 
-def work(command: str, /, **given: object) -> None:
+def work(command: str, /, **options: object) -> None:
     """Call a function of `nanoslip.study.commands`, "file:function", with the arguments of the command line. Raises Refusal."""
     # What is imported now imports numpy, whose libraries read the environment once.
     pin_arithmetic()
@@ -74,7 +74,7 @@ def work(command: str, /, **given: object) -> None:
         # What is imported stays until the end: no later collection has to look at it.
         gc.freeze()
         gc.enable()
-        called(**given)
+        called(**options)
 
 
 Declared: TypeAlias = Callable[..., object]
@@ -89,8 +89,8 @@ def command(
     """
 
     def declare(described: Declared) -> click.Command:
-        for each in reversed(arguments):
-            described = each(described)
+        for decorate in reversed(arguments):
+            described = decorate(described)
         declared = cli.command(name)(described)
         declared.callback = partial(work, place)
         return declared
@@ -128,8 +128,8 @@ class NewFile(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path of the file. Raises Refusal."""
-        given = super().convert(value, param, ctx)
-        path = Path(os.fsdecode(given))
+        file_name = super().convert(value, param, ctx)
+        path = Path(os.fsdecode(file_name))
         if not path.parent.is_dir():
             raise Refusal(f"{path}: cannot be written: there is no folder {path.parent}")
         # Refused before what goes into the file is computed.
@@ -142,10 +142,10 @@ class FiniteNumber(click.FloatRange):
     """A number in a range; NaN, which no comparison refuses, is none."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        found = super().convert(value, param, ctx)
-        if math.isnan(found):
+        number = super().convert(value, param, ctx)
+        if math.isnan(number):
             self.fail(f"{value} is not a number", param, ctx)
-        return found
+        return number
 
 
 ANY_PATH: Final = click.Path(path_type=Path)

@@ -60,7 +60,7 @@ def motion_of_drive(case: xr.Dataset) -> xr.Dataset:
         )
     if not case["trajectory_id"].dims and not case["trajectory_id"].item():
         ending, message, *_ = OUTCOMES["drive"]
-        stated = [each.name for each in (ending, message) if each.name in case]
+        stated = [variable.name for variable in (ending, message) if variable.name in case]
         parts = [str(case[name].item()) for name in stated]
         raise ValueError(": ".join(filter(None, ("this drive has no motion to draw", *parts))))
     return Accessor(case).trajectory().load()
@@ -104,9 +104,9 @@ def _path_loops(case: xr.Dataset, attributes: dict[str, object], machine: float)
     first = len(run["leg_begin"]) - 2 * cycles + cycles // 2 * 2
     places, forces = [], []
     for leg in range(first, len(run["leg_begin"])):
-        own = run["path_leg"].values == leg
-        displacement = run["path_displacement"].values[own]
-        force = run["path_friction"].values[own]
+        is_of_leg = run["path_leg"].values == leg
+        displacement = run["path_displacement"].values[is_of_leg]
+        force = run["path_friction"].values[is_of_leg]
         # Events lie where nodes slip; a stage is sampled evenly.
         first_place, last_place = float(displacement[0]), float(displacement[-1])
         place = np.linspace(first_place, last_place, POINTS)

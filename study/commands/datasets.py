@@ -75,9 +75,9 @@ def print_written(manifest: Manifest, store: Store) -> bool:
     if is_current_dataset(path, store, dataset_hash(manifest, store)):
         file.require_closed(path)
         # A file that cannot be read is damaged, and written anew.
-        with suppress(StoreError), file.reading(path) as found:
-            if not count_pending(found):
-                _print(found, path)
+        with suppress(StoreError), file.reading(path) as dataset:
+            if not count_pending(dataset):
+                _print(dataset, path)
                 return True
     return False
 
@@ -117,14 +117,14 @@ def find_dataset(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
     memory. out: folder of a campaign's results. Raises StoreError, ManifestError.
     """
     if source.is_dir() or source.suffix == Path(file.FILE).suffix:
-        with file.reading(source / file.FILE if source.is_dir() else source) as found:
-            yield found
+        with file.reading(source / file.FILE if source.is_dir() else source) as dataset:
+            yield dataset
         return
     plan, into = plan_campaign(source), results_folder(source, out)
     if (into / file.FILE).is_file():
-        with file.reading(into / file.FILE) as found:
-            if has_manifest(found, plan.manifest):
-                yield found
+        with file.reading(into / file.FILE) as dataset:
+            if has_manifest(dataset, plan.manifest):
+                yield dataset
                 return
     store = Store(into)
     if not store.finished():
@@ -141,13 +141,13 @@ def has_manifest(dataset: xr.Dataset, manifest: Manifest) -> bool:
 # KEY=VALUE on the command line, and the one case of a campaign that they single out: `radius=200 n_x=65`.
 
 
-def assignments(given: Sequence[str]) -> dict[str, str]:
+def assignments(words: Sequence[str]) -> dict[str, str]:
     """Words of a command line, `key=value` each, as a mapping; a key may be a parameter's symbol, or begin with its table.
 
     Raises Refusal.
     """
-    found: dict[str, str] = {}
-    for word in given:
+    values: dict[str, str] = {}
+    for word in words:
         key, sign, value = word.partition("=")
         if not (sign and key and value):
             raise Refusal(f"{word}: needs key=value, as radius=50")
@@ -159,20 +159,20 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
                 raise Refusal(f"{word}: {name} belongs in {owners[0]}")
             key = name
         key = word_for_symbol(key, {**parameters_of_a_case(), **drive_parameters()})
-        if key in found:
+        if key in values:
             raise Refusal(f"{word}: {key} is given twice")
-        found[key] = value
-    return found
+        values[key] = value
+    return values
 
 
-def choose_case(manifest: Manifest, cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
+def choose_case(manifest: Manifest, cases: Sequence[CampaignCase], selection: Mapping[str, str]) -> CampaignCase:
     """The one case of a campaign that parameters single out. Raises Refusal."""
     # By an empty dataset of these cases: words mean the same whether anything is computed or not.
     names = [item.name for item in fields(Scales)]
     scales = {name: getattr(manifest.scales, name) for name in names}
     layout = coordinates(manifest, cases, case_layout(manifest))
     empty = xr.Dataset(coords=layout, attrs=scales)
-    name = single(empty, given)["case_id"].item()
+    name = single(empty, selection)["case_id"].item()
     return next(case for case in cases if case.case_id == name)
 
 
@@ -181,9 +181,9 @@ def error_message(error: KeyError | ValueError) -> str:
     return str(error.args[0] if isinstance(error, KeyError) else error)
 
 
-def single(dataset: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
+def single(dataset: xr.Dataset, selection: Mapping[str, str]) -> xr.Dataset:
     """Select the only case of a dataset that matches these parameters. Raises Refusal."""
     try:
-        return one_case(dataset, given)
+        return one_case(dataset, selection)
     except (KeyError, ValueError) as error:
         raise Refusal(error_message(error)) from None

@@ -98,20 +98,20 @@ def _figure_files(view: shared.View, output: Path | None, table: bool, size: Seq
 
 def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
     """Draw shipped figures by name, and all that the script beside a campaign file has."""
-    known = list_shipped_figures()
+    shipped_figures = list_shipped_figures()
     # By campaign, so that each is computed once for all its figures.
     chosen: dict[Path, list[shared.CampaignFigure]] = {}
-    for name in known if everything else names:
+    for name in shipped_figures if everything else names:
         campaign = Path(name)
         scripted = script_figures(campaign) if campaign.suffix == ".toml" else ()
         if scripted:
             chosen.setdefault(campaign, []).extend(scripted)
-        elif name in known:
-            source = shipped.campaign_files()[known[name].campaign]
-            chosen.setdefault(source, []).append(known[name])
+        elif name in shipped_figures:
+            source = shipped.campaign_files()[shipped_figures[name].campaign]
+            chosen.setdefault(source, []).append(shipped_figures[name])
         else:
             advice = f"a campaign of your own needs --y, or a script {campaign.stem}.py beside it"
-            raise Refusal(f"{name}: no figure; there are {', '.join(known)}; {advice}")
+            raise Refusal(f"{name}: no figure; there are {', '.join(shipped_figures)}; {advice}")
     for source, figures in chosen.items():
         with api.run(source, out / figures[0].campaign, progress=True) as dataset:
             for figure in figures:
@@ -130,84 +130,84 @@ def show_profile(
     """Print statistics of a profile, and draw it."""
     slab_width = parse_option("width", width, "m", positive=True)
     try:
-        given = NamedSurface(str(file), x, z, detrend, y, pixel, missing)  # type: ignore[arg-type]
-        found = read_surface(file, file_text(file), given)
+        named_surface = NamedSurface(str(file), x, z, detrend, y, pixel, missing)  # type: ignore[arg-type]
+        surface = read_surface(file, file_text(file), named_surface)
     except InvalidInput as error:
         raise Refusal(f"{file}: {error}") from None
-    print_sentences(_surface_lines(found, slab_width))
+    print_sentences(_surface_lines(surface, slab_width))
     if picture:
-        write_and_note({picture: _draw_surface(found, shared.file_format(picture))})
+        write_and_note({picture: _draw_surface(surface, shared.file_format(picture))})
     else:
         # Of an image the row in the middle, as text shows a single line.
-        middle = np.atleast_2d(found.height)[len(found.y) // 2]
-        line = DrawnLine(1e6 * found.x, 1e9 * middle, "x, in μm", "height, in nm")
+        middle = np.atleast_2d(surface.height)[len(surface.y) // 2]
+        line = DrawnLine(1e6 * surface.x, 1e9 * middle, "x, in μm", "height, in nm")
         print_lines([line])
 
 
-def _surface_lines(found: Surface, slab_width: float) -> list[str]:
-    heights = _heights_sentence(found, slab_width)
-    return [_points_sentence(found), heights, _nodes_sentence(found, slab_width)]
+def _surface_lines(surface: Surface, slab_width: float) -> list[str]:
+    heights = _heights_sentence(surface, slab_width)
+    return [_points_sentence(surface), heights, _nodes_sentence(surface, slab_width)]
 
 
-def _points_sentence(found: Surface) -> str:
+def _points_sentence(surface: Surface) -> str:
     """Number and extent of the points of a surface, and how they were read."""
-    length = float(found.x[-1] - found.x[0])
-    count = len(found.x)
+    length = float(surface.x[-1] - surface.x[0])
+    count = len(surface.x)
     apart = compact(length / (count - 1), "m")
     parts = [f"{count} points over {compact(length, 'm')}, {apart} apart"]
-    if len(found.y) > 1:
-        width = float(found.y[-1] - found.y[0])
+    if len(surface.y) > 1:
+        width = float(surface.y[-1] - surface.y[0])
         extent = f"{compact(length, 'm')} by {compact(width, 'm')}"
-        parts = [f"{count} by {len(found.y)} points over {extent}, {apart} apart"]
-    if found.source:
-        parts.append(separation(found.source))
-    if len(found.y) <= 1 and found.source and found.rows:
-        parts += lines_left_out(found.source, found.rows, found.holes)
-    if found.filled:
-        parts.append(f"{plural(found.filled, 'missing height')} filled from neighbours")
+        parts = [f"{count} by {len(surface.y)} points over {extent}, {apart} apart"]
+    if surface.source:
+        parts.append(separation(surface.source))
+    if len(surface.y) <= 1 and surface.source and surface.rows:
+        parts += lines_left_out(surface.source, surface.rows, surface.holes)
+    if surface.filled:
+        parts.append(f"{plural(surface.filled, 'missing height')} filled from neighbours")
     return "; ".join(parts)
 
 
-def _heights_sentence(found: Surface, slab_width: float) -> str:
+def _heights_sentence(surface: Surface, slab_width: float) -> str:
     """Height, slopes and correlation length of a surface."""
-    image = found.image(slab_width)
+    image = surface.image(slab_width)
     along, _ = profile_slopes(image.xi, image.height, 1.0)
     slopes = f"slope {along:.3g}"
-    if len(found.y) > 1:
+    if len(surface.y) > 1:
         across, _ = profile_slopes(image.y, image.height.T, 1.0)
         slopes = f"slopes {along:.3g} along x and {across:.3g} along y"
-    length = found.correlation_length
+    length = surface.correlation_length
     correlation = "longer than the profile" if math.isnan(length) else compact(length, "m")
-    height = compact(found.rms_height, "m")
+    height = compact(surface.rms_height, "m")
     return f"root mean square height {height}, {slopes}; correlation length {correlation}"
 
 
-def _nodes_sentence(found: Surface, slab_width: float) -> str:
+def _nodes_sentence(surface: Surface, slab_width: float) -> str:
     """Nodes that resolve a surface on a slab of this width, and on one as wide as the profile."""
     slab = f"on a slab of L_x = {compact(slab_width, 'm')} (--width)"
-    nodes = resolving_nodes(found.image(slab_width))
+    nodes = resolving_nodes(surface.image(slab_width))
     if not nodes:
         return f"{slab} no number of nodes resolves it: take a smaller one"
     spacing = compact(slab_width / (nodes - 1), "m")
     sentence = f"{slab} n_x = {nodes} resolves it, with nodes {spacing} apart"
-    length = float(found.x[-1] - found.x[0])
+    length = float(surface.x[-1] - surface.x[0])
     if length < slab_width:
-        sentence += f"; one as wide as the profile needs {resolving_nodes(found.image(length))}"
+        sentence += f"; one as wide as the profile needs {resolving_nodes(surface.image(length))}"
     return sentence
 
 
-def _draw_surface(found: Surface, form: str) -> bytes:
+def _draw_surface(surface: Surface, form: str) -> bytes:
     """The profile or image above its spectrum along x."""
-    wavenumber, power = found.spectrum
+    wavenumber, power = surface.spectrum
     with shared.column(4.4) as figure:
         above, below = figure.subplots(2)
-        if len(found.y) > 1:
+        if len(surface.y) > 1:
             above.set(xlabel="x (μm)", ylabel="y (μm)", aspect="equal")
-            x, y = 1e6 * found.x, 1e6 * found.y
-            heights = above.pcolormesh(x, y, 1e9 * found.height, shading="nearest")
+            x, y = 1e6 * surface.x, 1e6 * surface.y
+            heights = above.pcolormesh(x, y, 1e9 * surface.height, shading="nearest")
             figure.colorbar(heights, ax=above, label="height (nm)")
         else:
-            above.plot(1e6 * found.x, 1e9 * found.height)
+            above.plot(1e6 * surface.x, 1e9 * surface.height)
             above.set(xlabel="x (μm)", ylabel="height (nm)")
         below.plot(wavenumber, power)
         below.set(xlabel="wavenumber 2π/λ (1/m)", ylabel="power of heights (m³)", xscale="log", yscale="log")

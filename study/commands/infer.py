@@ -52,24 +52,24 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
     """Print the first-order and total indices of a number, or draw them."""
     form = file_format(picture) if picture else ""
     with refusals(ValueError), find_dataset(dataset, out) as opened:
-        found = sensitivity(opened, of)
-        failures = failure_summary(opened).values() if found.holes else ()
+        answer = sensitivity(opened, of)
+        failures = failure_summary(opened).values() if answer.holes else ()
         flags = flag_summary(opened).values()
-    columns = (found.axes, found.first.tolist(), found.total.tolist())
+    columns = (answer.axes, answer.first.tolist(), answer.total.tolist())
     shares = list(zip(*columns, strict=True))
     if as_json:
         axes = {axis: {"first": first, "total": total} for axis, first, total in shares}
-        parts = {"noise": found.noise, "scatter": found.scatter, "note": caution(found)}
-        print_json({"of": found.of, "axes": axes, **parts})
+        parts = {"noise": answer.noise, "scatter": answer.scatter, "note": caution(answer)}
+        print_json({"of": answer.of, "axes": axes, **parts})
         return
-    if not found.unknown:
+    if not answer.unknown:
         shares.sort(key=_total_share, reverse=True)
         rows = tuple((axis, *_shares(first), *_shares(total), "") for axis, first, total in shares)
         header = ("parameter", "alone", "95 %", "in all", "95 %", "")
         print_table(Table(header, rows))
-    print_sentences([caution(found), *failures, *flags])
-    if picture and not found.unknown:
-        write_files({picture: image(bars(found), form)})
+    print_sentences([caution(answer), *failures, *flags])
+    if picture and not answer.unknown:
+        write_files({picture: image(bars(answer), form)})
         note(whole(f"written: {picture}"))
 
 
@@ -109,12 +109,12 @@ def fit_campaign(
     with refusals(ValueError):
         manifest = load_manifest(campaign)
     if trace:
-        given = {target.name for target in targets}
+        names_stated = {target.name for target in targets}
         loops = loop_targets(manifest)
         if loops:
-            targets += read_loop_numbers(trace, loops, manifest, given)
+            targets += read_loop_numbers(trace, loops, manifest, names_stated)
         else:
-            targets += read_trace_numbers(trace, given)
+            targets += read_trace_numbers(trace, names_stated)
     if not targets:
         raise Refusal("needs a measured number with its ±, as mu_s=0.3±0.01")
     with refusals(ValueError, FarmError):
@@ -127,27 +127,27 @@ def fit_campaign(
             farm.leave(farm.serve())
         try:
             with refusals(ValueError, ShortageError):
-                found = _compute_fit(farm, question, into, points)
+                fit = _compute_fit(farm, question, into, points)
         except click.ClickException as error:
             show(error)
             farm.leave(INTERRUPTED if isinstance(error.__cause__, UnfinishedError) else error.exit_code)
         if as_json:
-            print_json(_as_json(found) | {"notes": list(sentences(found))})
+            print_json(_as_json(fit) | {"notes": list(sentences(fit))})
         else:
-            _print(found, question.manifest.scales)
-            print_sentences(sentences(found))
+            _print(fit, question.manifest.scales)
+            print_sentences(sentences(fit))
         best = campaign.with_name(f"{campaign.stem}_best.toml")
-        drawn = image(contours(found), form)
-        text = question.at(found.best)
+        drawn = image(contours(fit), form)
+        text = question.at(fit.best)
         write_files({picture: drawn, best: text.encode()})
         note(f"{whole(f'written: {picture}')}; {whole(f'{best}')}, the best point as a campaign", stderr=as_json)
         farm.leave(0)
 
 
-def read_numbers(given: Sequence[str]) -> tuple[list[Target], dict[str, Any]]:
+def read_numbers(words: Sequence[str]) -> tuple[list[Target], dict[str, Any]]:
     """Measured numbers, and values of parameters that do not vary, from words as `mu_s=0.3±0.01` and `radius=200`."""
     targets, fixed = [], dict[str, Any]()
-    for word in given:
+    for word in words:
         key, sign, text = word.partition("=")
         measured = _TARGET.fullmatch(word)
         if measured:
@@ -193,38 +193,38 @@ def loop_targets(manifest: Manifest) -> Mapping[str, str]:
     return PATH_NUMBERS if is_cyclic else {}
 
 
-def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
+def read_trace_numbers(file: Path, stated: Collection[str] = ()) -> list[Target]:
     """Friction coefficients in the output of `nanoslip trace --json`, except those given directly. Raises Refusal."""
     needs = "needs what nanoslip trace FILE --load FORCE --json writes"
-    found = _read_trace_json(file, needs)
+    measured = _read_trace_json(file, needs)
     # As of a computed drive.
-    found["kinetic_friction"] = found.get("mean_force", found.get("kinetic_friction"))
-    targets = _make_targets(file, found, {name: name for name in OF_TRACES}, needs)
-    units = {found[target.name].get("unit") for target in targets}
+    measured["kinetic_friction"] = measured.get("mean_force", measured.get("kinetic_friction"))
+    targets = _make_targets(file, measured, {name: name for name in OF_TRACES}, needs)
+    units = {measured[target.name].get("unit") for target in targets}
     if units != {"1"}:
         raise Refusal(f"{file}: {needs}, which has friction coefficients")
-    of_keys = (name for name, key in OF_TRACES.items() if key in given)
-    names = {*given, *of_keys}
+    of_keys = (name for name, key in OF_TRACES.items() if key in stated)
+    names = {*stated, *of_keys}
     return _select_sure_targets(file, targets, names)
 
 
 def read_loop_numbers(
-    file: Path, names: Mapping[str, str], manifest: Manifest, given: Collection[str] = ()
+    file: Path, names: Mapping[str, str], manifest: Manifest, stated: Collection[str] = ()
 ) -> list[Target]:
     """Numbers of loops in the output of `nanoslip trace --json`, except those given directly, as a dataset has them.
 
     names: measured name -> name in a dataset. Energies are in W·L_x there. Raises Refusal.
     """
     needs = "needs the loops that nanoslip trace FILE --load FORCE --json writes of a force over positions that turn"
-    found = _read_trace_json(file, needs)
-    targets = _make_targets(file, found, names, needs)
+    measured = _read_trace_json(file, needs)
+    targets = _make_targets(file, measured, names, needs)
     if not any(target.name == names["cycle_energy"] for target in targets):
         raise Refusal(f"{file}: {needs}")
     scales = manifest.stated_scales
     if scales is None:
         raise Refusal(f"{manifest.path}: needs slab_width in [scales]: energies of loops are in J")
     # The energy of a force over load is per newton already.
-    load = 1.0 if found["cycle_energy"]["unit"] == "J N-1" else found.get("load")
+    load = 1.0 if measured["cycle_energy"]["unit"] == "J N-1" else measured.get("load")
     if not load:
         raise Refusal(f"{file}: {needs}, and has no load")
     per = float(load) * scales.slab_width
@@ -233,25 +233,25 @@ def read_loop_numbers(
         factor = 1.0 / per if target.name == names["cycle_energy"] else 1.0
         value, error = factor * target.value, factor * target.error
         scaled.append(target._replace(value=value, error=error))
-    return _select_sure_targets(file, scaled, given)
+    return _select_sure_targets(file, scaled, stated)
 
 
 def _read_trace_json(file: Path, needs: str) -> dict[str, Any]:
     try:
-        found = json.loads(read_text(file))
+        content = json.loads(read_text(file))
     except json.JSONDecodeError:
         raise Refusal(f"{file}: {needs.replace('FILE', str(file))}, and is no JSON") from None
-    if not isinstance(found, dict):
+    if not isinstance(content, dict):
         raise Refusal(f"{file}: {needs}")
-    return found
+    return content
 
 
-def _make_targets(file: Path, found: Mapping[str, Any], names: Mapping[str, str], needs: str) -> list[Target]:
+def _make_targets(file: Path, content: Mapping[str, Any], names: Mapping[str, str], needs: str) -> list[Target]:
     """Numbers of a trace by the names that they have in a dataset. Raises Refusal."""
     targets = []
     try:
         for measured, name in names.items():
-            if number := found.get(measured):
+            if number := content.get(measured):
                 error = float(number["uncertainty"] or 0.0)
                 value = float(number["value"])
                 targets.append(Target(name, value, error, one_start=True))
@@ -260,23 +260,23 @@ def _make_targets(file: Path, found: Mapping[str, Any], names: Mapping[str, str]
     return targets
 
 
-def _select_sure_targets(file: Path, targets: Sequence[Target], given: Collection[str]) -> list[Target]:
+def _select_sure_targets(file: Path, targets: Sequence[Target], stated: Collection[str]) -> list[Target]:
     """The numbers with ±, except those given directly."""
     unsure = [target.name for target in targets if not target.error > 0.0]
     if unsure:
         note(f"{file}: {', '.join(unsure)} without ± is left out; it may be given as mu_s=0.3±0.01")
     sure = [target for target in targets if target.error > 0.0]
-    return [target for target in sure if target.name not in given]
+    return [target for target in sure if target.name not in stated]
 
 
 _KEYS: Final = {**parameters_of_a_case(), **drive_parameters()}
 _WORDS: Final = frozenset(stated.word or name for name, stated in _KEYS.items())
 
 
-def read_ranges(given: Sequence[str]) -> dict[str, Ends | None]:
+def read_ranges(arguments: Sequence[str]) -> dict[str, Ends | None]:
     """Parameters that vary, and the ends of their ranges, from words as `mu_i=0.1:0.8,radius`."""
     ranges: dict[str, Ends | None] = {}
-    words = itertools.chain.from_iterable(text.split(",") for text in given)
+    words = itertools.chain.from_iterable(text.split(",") for text in arguments)
     for word in filter(None, words):
         key, sign, text = word.partition("=")
         low, colon, high = text.partition(":")
@@ -328,39 +328,39 @@ def _announce_first_points(farm: Farm, question: Question, out: Path, points: in
     print_sentences(expected.values(), stderr=True)
 
 
-def _print(found: Fit, scales: Scales) -> None:
+def _print(fit: Fit, scales: Scales) -> None:
     rows = []
-    for number, (points, _) in enumerate(found.islands or [(found.best[None], None)]):
-        for axis, parameter in enumerate(found.ranges):
+    for number, (points, _) in enumerate(fit.islands or [(fit.best[None], None)]):
+        for axis, parameter in enumerate(fit.ranges):
             # Rounded as it is shown, so that its size in SI belongs to the number beside it.
             value = float(f"{parameter.at(points[0])[axis]:.4g}")
             best = with_size(parameter.name, value, scales)
             # None for the best point if no point agrees: it has no interval at any level.
-            intervals = [[*found.intervals(axis, level), None] for level in LEVELS]
+            intervals = [[*fit.intervals(axis, level), None] for level in LEVELS]
             ends = [_interval(islands[number]) for islands in intervals]
             extent = f"{format_value(parameter.low)} to {format_value(parameter.high)}"
             rows.append((parameter.name, best, *ends, extent))
-    title = "best" if found.reached else "nearest"
+    title = "best" if fit.reached else "nearest"
     levels = [f"{100 * level:.0f} %" for level in LEVELS]
     header = ("parameter", title, *levels, "looked at")
     print_table(Table(header, tuple(rows), asked=3))
 
 
-def _as_json(found: Fit) -> dict[str, Any]:
-    predicted, *_ = found.predict(found.best[None])
+def _as_json(fit: Fit) -> dict[str, Any]:
+    predicted, *_ = fit.predict(fit.best[None])
     means = predicted[0].tolist()
     parameters = {}
-    for axis, parameter in enumerate(found.ranges):
-        intervals = {f"{100 * level:.0f}": found.intervals(axis, level) for level in LEVELS}
+    for axis, parameter in enumerate(fit.ranges):
+        intervals = {f"{100 * level:.0f}": fit.intervals(axis, level) for level in LEVELS}
         extent = parameter.low, parameter.high
-        best = parameter.at(found.best)[axis]
+        best = parameter.at(fit.best)[axis]
         parameters[parameter.name] = {"best": best, **intervals, "range": extent}
     numbers = {}
-    for target, mean in zip(found.targets, means, strict=True):
+    for target, mean in zip(fit.targets, means, strict=True):
         measured = {"value": target.value, "uncertainty": target.error}
         numbers[target.name] = {**measured, "best": mean}
-    points = len(found.computed.x)
-    return {"reached": found.reached, "parameters": parameters, "numbers": numbers, "points": points}
+    points = len(fit.computed.x)
+    return {"reached": fit.reached, "parameters": parameters, "numbers": numbers, "points": points}
 
 
 def _interval(ends: tuple[float, float] | None) -> str:

@@ -86,9 +86,9 @@ def merge_shards_command(campaign: Path, out: Path | None) -> None:
 
 def export_dataset(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
     """Write a table of a campaign's cases, events or samples to a file or to standard output."""
-    with refusals(ValueError), find_dataset(campaign, out) as found:
-        columns = case_columns(found, table)
-        title = str(found.attrs.get("title", ""))
+    with refusals(ValueError), find_dataset(campaign, out) as dataset:
+        columns = case_columns(dataset, table)
+        title = str(dataset.attrs.get("title", ""))
     suffix = output.suffix.lower() if output else ""
     is_json = form == "json" or (form is None and suffix == ".json")
     text = as_json(columns, title) if is_json else as_csv(columns)
@@ -146,11 +146,11 @@ def compare_datasets(first: Path, second: Path) -> None:
     sys.exit(CRASHED if counts[Verdict.DIFFERENT] else 0)
 
 
-def _print_rows(what: str, found: compare.Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
+def _print_rows(what: str, matched: compare.Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
     """Print the number of shared rows, the first unshared ones, and numbers without uncertainty."""
-    pending = f", {found.pending} more without a result in one of them" if found.pending else ""
-    note(f"{what} in both: {len(found.labels)}{pending}")
-    for name, only in zip("AB", found.only, strict=True):
+    pending = f", {matched.pending} more without a result in one of them" if matched.pending else ""
+    note(f"{what} in both: {len(matched.labels)}{pending}")
+    for name, only in zip("AB", matched.only, strict=True):
         if only:
             note(f"{what} in {name} alone: {len(only)}, first {label_text(only[0])}")
     differ, same = others
@@ -161,9 +161,9 @@ def _print_rows(what: str, found: compare.Matched, others: tuple[Sequence[str], 
         note(f"not judged, as they state no uncertainty: {count} other numbers differ ({names})")
 
 
-def _print_runs(found: Mapping[str, tuple[int, int]]) -> None:
+def _print_runs(counts: Mapping[str, tuple[int, int]]) -> None:
     """Print how many runs of shared cases or drives are the same: records, paths, trajectories, members."""
-    for name, (same, others) in found.items():
+    for name, (same, others) in counts.items():
         note(f"{name}: {same} of {same + others} equal to rounding, not judged")
 
 
@@ -203,12 +203,12 @@ def _value_text(value: Any) -> str:
 def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
     """Compute a dataset's cases again, print which differ, and end the process with the exit code for the worst."""
     dataset = dataset / file.FILE if dataset.is_dir() else dataset
-    with TemporaryDirectory() as folder, file.reading(dataset) as found:
+    with TemporaryDirectory() as folder, file.reading(dataset) as opened:
         # However large it is: opening it checks files up to a size only.
         file.check_seal(dataset)
-        plan = verification.rebuilt(found, dataset)
-        cases = verification.computed(plan, found)
-        failed = verification.failed(plan, found)
+        plan = verification.rebuilt(opened, dataset)
+        cases = verification.computed(plan, opened)
+        failed = verification.failed(plan, opened)
         pending = len(plan.cases) - len(cases) - failed
         skipped = {"pending": pending, "failed": failed}
         if not cases:
@@ -216,14 +216,14 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
             raise Refusal(f"{dataset}: no case has a result to compute again: {reasons}")
         chosen = verification.sample(cases, sample)
         note(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", stderr=True)
-        other = verification.other_software(found)
+        other = verification.other_software(opened)
         # Into a folder of its own: results at hand would be compared with themselves.
-        tasks = verification.tasks_in_dataset(plan, chosen, found)
+        tasks = verification.tasks_in_dataset(plan, chosen, opened)
         code = _recompute(tasks, Path(folder))
         if code:
             sys.exit(code)
         recomputed = Store(Path(folder))
-        shared, *findings = verification.verify_cases(found, plan, chosen, recomputed)
+        shared, *findings = verification.verify_cases(opened, plan, chosen, recomputed)
     verdicts = Counter(finding.verdict for finding in findings)
     counts = {str(verdict): verdicts[verdict] for verdict in _OF_CASES} | skipped
     counts["not_in_sample"] = len(cases) - len(chosen)

@@ -59,12 +59,12 @@ from nanoslip.study.tasks.task import idle
 
 def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, picture: Path | None) -> None:
     """Print the case of a campaign that has these parameters, or draw it."""
-    given = assignments(parameters)
+    selection = assignments(parameters)
     if picture:
         _draw().shared.file_format(picture)
-    with find_dataset(campaign, out) as found:
-        note(found.attrs.get("title", "no title"))
-        _show_case(single(found, given), found, picture)
+    with find_dataset(campaign, out) as dataset:
+        note(dataset.attrs.get("title", "no title"))
+        _show_case(single(dataset, selection), dataset, picture)
 
 
 # `nanoslip try`: one case from the command line, computed at once; nothing stays on disk.
@@ -94,29 +94,29 @@ def try_campaign(
     with refusals(MemoryError), _as_typed():
         search = {"critical": "true"} if critical else {}
         content = make_campaign(typed | search, contact, drive or critical)
-        given = api.read_campaign(content).fixed.keys()
+        stated = api.read_campaign(content).fixed.keys()
         print_sentences(_choose_quick_grid(content), stderr=True)
         manifest = api.read_campaign(content)
         print_sentences(drive_lines(manifest), stderr=True)
         _refuse_endless_drive(manifest)
         print_sentences(_drive_outlook(manifest), stderr=True)
-        found = api.run(content, progress=True)
-    outcomes = [outcome for outcome in variables.OUTCOMES.values() if outcome.ending.name in found]
+        dataset = api.run(content, progress=True)
+    outcomes = [outcome for outcome in variables.OUTCOMES.values() if outcome.ending.name in dataset]
     endings = {}
     for outcome in outcomes:
-        ending = found[outcome.ending.name].item()
-        endings[ending] = found[outcome.message.name].item()
+        ending = dataset[outcome.ending.name].item()
+        endings[ending] = dataset[outcome.message.name].item()
     if Ending.INVALID in endings:
         raise Refusal(endings[Ending.INVALID])
     print_sentences(_idle(typed, contact))
     if resembles_ball(typed):
         note(BALL)
-    case = single(found, {})
-    answer = friction_answer(case, manifest, expand(manifest)[0], given, None)
+    case = single(dataset, {})
+    answer = friction_answer(case, manifest, expand(manifest)[0], stated, None)
     for line in answer:
         note(line)
     last = "path" if "loss_per_cycle" in case else manifest.stages[-1]
-    _show_case(case, found, picture, () if everything else BRIEF[last], answered=True)
+    _show_case(case, dataset, picture, () if everything else BRIEF[last], answered=True)
     # Once more, as the first one has scrolled away.
     for line in answer:
         note(line)
@@ -178,8 +178,8 @@ def _choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
     Where that takes longer than PATIENCE and the case slides, members and lengths that nobody gave are chosen by a probe
     (`spending`). A given n_x stays; its cost is reported if it is longer.
     """
-    given = content.get("numerics", {}).get("n_x")
-    spaces = (given or Slab().n_x) - 1
+    stated = content.get("numerics", {}).get("n_x")
+    spaces = (stated or Slab().n_x) - 1
     # Halves of the spacing: their nodes lie on those of the finest grid, and the change from one to the next is of one kind.
     grids = [spaces // part + 1 for part in (1, 2, 4, 8)]
     usual = _choice(content, grids[0])
@@ -187,12 +187,12 @@ def _choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
         return
     decided = content.keys() & {*_DECIDED} or "slip" not in content["stages"]
     samples = [] if decided else _probe_grids(content, grids)
-    considered = grids[:1] if given else grids
+    considered = grids[:1] if stated else grids
     choices = {n_x: _choice(content, n_x, samples) for n_x in considered}
     quick = [n_x for n_x, choice in choices.items() if choice.seconds <= PATIENCE]
     n_x = quick[0] if quick else grids[0]
     chosen = choices[n_x]
-    if given or quick:
+    if stated or quick:
         content |= chosen.content
     longer = [f"n_x = {finer} takes {choices[finer].cost}" for finer in reversed(choices) if finer > n_x]
     # Where no grid is quick, fewer nodes do not help: the usual grid stays.
@@ -210,11 +210,11 @@ def _choose_quick_grid(content: dict[str, Any]) -> Iterator[str]:
             yield f"half the node spacing, n_x = {half}, takes {_choice(content, half, samples).cost}"
 
 
-def _spending_sentence(found: Spending, samples: Sequence[tuple[Sample, Sample]]) -> str:
+def _spending_sentence(spending: Spending, samples: Sequence[tuple[Sample, Sample]]) -> str:
     """Members and lengths that were chosen, and what these and the node spacing change."""
-    records = f"{found.members} starts of {found.presliding:g} presliding lengths"
-    error = f"their ± is about {100.0 * found.error:.1g} % of friction"
-    change = f"half the node spacing changes it by about {100.0 * found.change:.1g} %"
+    records = f"{spending.members} starts of {spending.presliding:g} presliding lengths"
+    error = f"their ± is about {100.0 * spending.error:.1g} % of friction"
+    change = f"half the node spacing changes it by about {100.0 * spending.change:.1g} %"
     finest, _ = samples[0]
     return f"{records}: {error}, and {change} (estimated on n_x = {finest.n_x})"
 
@@ -222,18 +222,18 @@ def _spending_sentence(found: Spending, samples: Sequence[tuple[Sample, Sample]]
 def _choice(content: dict[str, Any], n_x: int, samples: Sequence[tuple[Sample, Sample]] = ()) -> _Choice:
     """A grid, and members and lengths of records if samples tell which are enough."""
     on_grid = _set_grid(content, n_x)
-    found = spending(samples, n_x)
-    if found:
-        ensemble = {"members": found.members}
-        on_grid |= {"ensemble": ensemble, "limits": {"presliding": found.presliding}}
+    chosen = spending(samples, n_x)
+    if chosen:
+        ensemble = {"members": chosen.members}
+        on_grid |= {"ensemble": ensemble, "limits": {"presliding": chosen.presliding}}
     tasks = make_plan(api.read_campaign(on_grid)).tasks
     seconds = sum(task.cost for task in tasks)
-    if found:
+    if chosen:
         finest, _ = samples[-1]
         # A probe that took longer than estimated tells what the estimate misses of each length.
-        seconds += max(finest.excess, 0.0) * found.members * found.presliding
+        seconds += max(finest.excess, 0.0) * chosen.members * chosen.presliding
     memory = max((task.memory for task in tasks), default=0.0)
-    return _Choice(on_grid, seconds, memory, found)
+    return _Choice(on_grid, seconds, memory, chosen)
 
 
 def _set_grid(content: dict[str, Any], n_x: int) -> dict[str, Any]:
@@ -258,11 +258,11 @@ def _probe_grids(content: dict[str, Any], grids: Sequence[int]) -> list[tuple[Sa
     return []
 
 
-def _idle(given: Mapping[str, str], contact: bool) -> Iterator[str]:
+def _idle(words: Mapping[str, str], contact: bool) -> Iterator[str]:
     """The parameters that were given and change nothing, as in campaigns, each with the reason."""
     names = names_by_word()
-    known = {names[key]: given[key] for key in given if key in names}
-    values = {name: number_or_text(text) for name, text in known.items()}
+    texts = {names[key]: words[key] for key in words if key in names}
+    values = {name: number_or_text(text) for name, text in texts.items()}
     # A case that is refused says why by itself.
     with suppress(InvalidInput):
         yield from idle([make_case(values)], values.keys(), contact)
@@ -294,17 +294,17 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
     size = f"{plural(len(scenes.cases), 'case')}, {plural(scenes.ensemble.members, 'member')} each"
     time = roughly(comparison_seconds(scenes))
     note(f"{campaign}: computing {size}, with everything and without one effect at a time, {time} in all", stderr=True)
-    found, failures = influences(scenes)
+    changes, failures = influences(scenes)
     stated = scenes.manifest.stated_scales
     labels = (summary.label_text(case.parameters, stated) for case in scenes.cases)
     print_sentences(f"case {number}: {label}" for number, label in enumerate(labels, start=1))
     print_sentences((f"with everything, {failure}" for failure in failures), FAILED)
-    if not found:
+    if not changes:
         note("nothing to compare: no number of these cases depends on an effect that can be left out")
         return
-    print_sentences(_verdict(found, scenes.manifest.ensemble.within or 0.0))
-    failed = frozenset(number for number, influence in enumerate(found) if influence.problems)
-    rows = tuple(map(_row, found))
+    print_sentences(_verdict(changes, scenes.manifest.ensemble.within or 0.0))
+    failed = frozenset(number for number, influence in enumerate(changes) if influence.problems)
+    rows = tuple(map(_row, changes))
     print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed))
     note(
         "change: mean over the cases, with ±. Below each effect: what leaves it out, and the range of the cases' changes, "
@@ -312,9 +312,9 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
     )
 
 
-def _verdict(found: Sequence[Influence], tolerance: float) -> Iterator[str]:
+def _verdict(changes: Sequence[Influence], tolerance: float) -> Iterator[str]:
     """Effects that a number needs, does not need, and of which it is not known, each in a sentence."""
-    verdict = find_verdict(found, tolerance)
+    verdict = find_verdict(changes, tolerance)
     needed, negligible, unknown = map(", ".join, verdict)
     within = "beyond 2 ± ([target] within asks for less)"
     small = "not seen"
@@ -360,8 +360,8 @@ def explain_case(
     of_drives = {*drive_parameters(), DRIVE_NAME.name}
     # A case is looked for by its own parameters: those of its drives are for the numbers that are shown.
     words = assignments(parameters)
-    given = {key: value for key, value in words.items() if key not in of_drives}
-    case = choose_case(manifest, expand(manifest), given)
+    selection = {key: value for key, value in words.items() if key not in of_drives}
+    case = choose_case(manifest, expand(manifest), selection)
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
     into = results_folder(campaign, out)
@@ -385,9 +385,9 @@ def _explain(
 ) -> None:
     """Print the errors of a computed case's main number, the largest first, and the errors of its other numbers."""
     if path.is_file():
-        with file.reading(path) as found:
-            if has_manifest(found, manifest):
-                case = single(found, assignments(parameters))
+        with file.reading(path) as dataset:
+            if has_manifest(dataset, manifest):
+                case = single(dataset, assignments(parameters))
                 ranked = ranking(case, manifest, of, cost, most, path.parent)
                 if ranked:
                     note(f"what decides {ranked.title}, the largest first:")
@@ -530,8 +530,8 @@ def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
         others = [name for name in shown if name not in ("pin", "half_width")]
         shown = ["pin", *("half_width" if name == "radius" else name for name in others)]
     scales = read_scales(dataset.attrs) if is_given_in_si(dataset) else None
-    known = [name for name in shown if not case[name].isnull()]
-    values = {name: case[name].item() for name in known}
+    known_names = [name for name in shown if not case[name].isnull()]
+    values = {name: case[name].item() for name in known_names}
     return summary.label_text(values, scales)
 
 

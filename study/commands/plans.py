@@ -117,9 +117,9 @@ def idle_lines(plan: Plan) -> list[str]:
     aside. And `drive_lines`."""
     manifest = plan.manifest
     limits = {*manifest.tables["limits"]}
-    given = {*manifest.axes, *manifest.fixed} - limits
+    stated = {*manifest.axes, *manifest.fixed} - limits
     cases = [case.case for case in plan.cases if case.case is not None]
-    lines = idle(cases, given, manifest.stages == ("contact",))
+    lines = idle(cases, stated, manifest.stages == ("contact",))
     return [*lines, *drive_lines(manifest)]
 
 
@@ -127,8 +127,12 @@ def drive_lines(manifest: Manifest) -> Iterator[str]:
     """Drives without a stage or without the critical velocity that is asked for, and the default mass of a drive in own units."""
     if manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(manifest.drives_left_out)}'
-    pulls = [each for each in manifest.drives if each.drive]
-    strokes = [each.name for each in pulls if each.drive and each.drive.in_si.stage_stroke is not None]
+    pulls = [of_manifest for of_manifest in manifest.drives if of_manifest.drive]
+    strokes = [
+        of_manifest.name
+        for of_manifest in pulls
+        if of_manifest.drive and of_manifest.drive.in_si.stage_stroke is not None
+    ]
     if manifest.outputs.critical and strokes:
         names = ", ".join(dict.fromkeys(strokes))
         yield f"no critical velocity, which is that of a stage that goes one way, of drives to and fro: {names}"
@@ -148,12 +152,12 @@ BALL: Final = (
 def ball_lines(plan: Plan) -> list[str]:
     """Advice if a campaign computes a cylinder where its keys resemble a ball."""
     top = from_toml(plan.manifest.text)
-    given: dict[str, Any] = {}
+    table_values: dict[str, Any] = {}
     for name in ("scales", "constants", "numerics", "axes"):
         table = top.get(name, {})
         if isinstance(table, dict):
-            given |= table
-    return [BALL] if resembles_ball(given) else []
+            table_values |= table
+    return [BALL] if resembles_ball(table_values) else []
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,8 +245,8 @@ def print_foreign(foreign: Mapping[str, Origins], campaign: Path, into: Path, st
     counts = sorted(census(foreign.values()).items())
     parts = "; ".join(f"{count} of {origin}" for origin, count in counts)
     again = command_text("run", campaign, into, "--recompute-foreign")
-    found = f"{len(foreign)} finished results are other software's: {parts}; here is {here()}"
-    note(f"{found}. They are used as they are; {again} computes them again", stderr=stderr)
+    sentence = f"{len(foreign)} finished results are other software's: {parts}; here is {here()}"
+    note(f"{sentence}. They are used as they are; {again} computes them again", stderr=stderr)
 
 
 def plural(number: int, what: str) -> str:

@@ -33,21 +33,21 @@ from nanoslip.study.toml_text import from_toml
 
 def list_campaigns(as_json: bool) -> None:
     """Print name and title of each campaign that comes with nanoslip."""
-    found = shipped.campaign_files()
+    files = shipped.campaign_files()
     if as_json:
         campaigns = []
-        for name, path in found.items():
+        for name, path in files.items():
             title = read_title(path)
             campaigns.append({"name": name, "title": title, "file": str(path)})
         plans.print_json(campaigns)
         return
-    print_titles(found)
+    print_titles(files)
     note(f"{whole('nanoslip run NAME')} computes one; the files are in {whole(shipped.folder('campaigns'))}")
 
 
-def print_titles(found: Mapping[str, Path]) -> None:
+def print_titles(files: Mapping[str, Path]) -> None:
     """Print name and title of campaigns, by name."""
-    titles = {name: read_title(path) for name, path in found.items()}
+    titles = {name: read_title(path) for name, path in files.items()}
     print_entries(titles)
 
 
@@ -61,17 +61,17 @@ def read_title(path: Path) -> str:
 
 def new_campaign(starter: str | None, file: Path | None) -> None:
     """Write a starter, and the files that it names, beside each other; without a name list the starters."""
-    found = shipped.starters()
+    files = shipped.starters()
     if starter is None:
-        print_titles(found)
+        print_titles(files)
         note(f"{whole('nanoslip new NAME [FILE]')} writes one, to be changed")
         return
-    if starter not in found:
-        raise Refusal(f"{starter}: no starter; there are {', '.join(found)}")
+    if starter not in files:
+        raise Refusal(f"{starter}: no starter; there are {', '.join(files)}")
     target = file or Path()
     if target.is_dir():
         target /= f"{starter}.toml"
-    source = found[starter]
+    source = files[starter]
     # The files that a starter names begin with its name: trace.csv, trace_over_load.csv.
     named_alike = source.parent.glob(f"{source.stem}[._]*")
     beside = sorted(path for path in named_alike if path != source)
@@ -121,10 +121,10 @@ def _report_counts(campaign: Path, plan: Plan) -> str:
     return f"{whole(campaign)}: valid: {_with_refused(plan.cases, 'case')}{drives}, {tasks}"
 
 
-def _with_refused(found: Sequence[CampaignCase | CampaignDrive], what: str, members: str = "") -> str:
-    refused = sum(not item.outcome.ok for item in found)
+def _with_refused(items: Sequence[CampaignCase | CampaignDrive], what: str, members: str = "") -> str:
+    refused = sum(not item.outcome.ok for item in items)
     remark = f" ({refused} of them refused)" if refused else ""
-    return f"{plans.plural(len(found), what)}{members}{remark}"
+    return f"{plans.plural(len(items), what)}{members}{remark}"
 
 
 FEW: Final = 8
@@ -171,31 +171,31 @@ def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool
     ranks: number of ranks for which the time is estimated beside the time on a single rank; None for the cores here.
     measure: whether tasks are measured here.
     """
-    found = plans.standing(campaign, out, _measure_tasks if measure else None, sized=True)
+    standing = plans.standing(campaign, out, _measure_tasks if measure else None, sized=True)
     if as_json:
-        plans.print_json(_data(found, ranks or cores()))
+        plans.print_json(_data(standing, ranks or cores()))
     else:
-        _print(found, ranks or cores())
+        _print(standing, ranks or cores())
 
 
-def _print(found: plans.Standing, ranks: int) -> None:
-    plan, outlook = found.plan, expectations.plan_outlook(found.plan)
+def _print(standing: plans.Standing, ranks: int) -> None:
+    plan, outlook = standing.plan, expectations.plan_outlook(standing.plan)
     counts = [*_cases(plan), *_axes(plan)]
     head = (plan.manifest.title, *counts, _si_sentence(plan))
     print_sentences(head)
     print_sentences([*plans.idle_lines(plan), *expectations.duration_lines(plan)])
     note(f"effects that are off or vary: {', '.join(_effects_not_on(plan)) or 'none'}")
-    print_table(_kinds(found, _CELLS))
+    print_table(_kinds(standing, _CELLS))
     results, dataset = map(_mega, expectations.disk_of_plan(plan))
     disk = f"disk: about {results} MB of results, {dataset} MB of dataset"
-    time = (*_factors(found), _time(found, ranks), *_ensembles(found))
+    time = (*_factors(standing), _time(standing, ranks), *_ensembles(standing))
     print_sentences([*time, disk, expectations.span_line(outlook)])
     expected = expectations.flag_prediction_lines(plan, outlook)
-    shortages = expectations.shortages(plan, found.remaining)
+    shortages = expectations.shortages(plan, standing.remaining)
     cautions = {"expected": expected, "refused": _refusals(plan), "does not fit here": shortages}
     for caution, lines in cautions.items():
         print_sentences(f"{caution}: {line}" for line in lines)
-    plans.print_foreign(found.foreign, found.campaign, found.into)
+    plans.print_foreign(standing.foreign, standing.campaign, standing.into)
 
 
 def _effects_not_on(plan: Plan) -> Iterator[str]:
@@ -231,38 +231,38 @@ _CELLS: Final[Mapping[str, Callable[[KindCount], str]]] = {
 """Columns of tables that describe a kind of task."""
 
 
-def _kinds(found: plans.Standing, columns: Iterable[str]) -> Table:
+def _kinds(standing: plans.Standing, columns: Iterable[str]) -> Table:
     rows = []
-    for kind, count in found.kinds.items():
+    for kind, count in standing.kinds.items():
         cells = [_CELLS[title](count) for title in columns]
         rows.append((kind, *cells))
     return Table(("tasks", *columns), tuple(rows))
 
 
-def _factors(found: plans.Standing) -> Iterator[str]:
+def _factors(standing: plans.Standing) -> Iterator[str]:
     """Measured over predicted times of tasks."""
-    data = found.measured.as_data()
-    factors = [f"{kind} {found.measured.factor(kind):.2g} x" for kind in found.kinds if kind in data]
+    data = standing.measured.as_data()
+    factors = [f"{kind} {standing.measured.factor(kind):.2g} x" for kind in standing.kinds if kind in data]
     if factors:
         yield f"measured over predicted seconds: {', '.join(factors)}"
 
 
-def _time(found: plans.Standing, ranks: int) -> str:
+def _time(standing: plans.Standing, ranks: int) -> str:
     """Remaining time on one rank and on several, and its uncertainty."""
-    tasks = found.remaining
+    tasks = standing.remaining
     if not tasks:
-        reason = "all tasks are finished" if found.plan.distinct else "there is nothing to compute"
+        reason = "all tasks are finished" if standing.plan.distinct else "there is nothing to compute"
         return f"time left: none, {reason}"
-    count = found.measured.tasks({task.kind for task in tasks})
-    ensemble = found.plan.manifest.ensemble
+    count = standing.measured.tasks({task.kind for task in tasks})
+    ensemble = standing.plan.manifest.ensemble
     # Times by estimates alone are known within a factor; those of tasks that have run scatter far less.
     guess = 1.0 if count else GUESS
     # A case that needs all of its members takes longer than the likely one by the ratio of members.
     most = guess if ensemble.within is None else guess * ensemble.members / ensemble.likely
-    one_rank = makespan(tasks, 1, found.measured.seconds)
+    one_rank = makespan(tasks, 1, standing.measured.seconds)
     text = f"time left: {_range(one_rank / guess, one_rank * most)} on 1 rank"
     if ranks > 1:
-        time = makespan(tasks, ranks, found.measured.seconds)
+        time = makespan(tasks, ranks, standing.measured.seconds)
         text += f", {_range(time / guess, time * most)} on {ranks} (--ranks for another number)"
     source = f"by what {plans.plural(count, 'task')} took" if count else "a first guess"
     return f"{text}, {source}"
@@ -279,12 +279,12 @@ def _range(least: float, most: float) -> str:
     return f"{to_one_digit(least)} to {to_one_digit(most)}"
 
 
-def _ensembles(found: plans.Standing) -> Iterator[str]:
+def _ensembles(standing: plans.Standing) -> Iterator[str]:
     """Caution of the estimate if a target determines the number of members."""
-    ensemble = found.plan.manifest.ensemble
+    ensemble = standing.plan.manifest.ensemble
     if ensemble.within is not None:
-        known = f"to know {', '.join(ensemble.of)} within {ensemble.within:g} may take up to {ensemble.members}"
-        yield f"estimated for {ensemble.likely} members of each case; {known}"
+        goal = f"to know {', '.join(ensemble.of)} within {ensemble.within:g} may take up to {ensemble.members}"
+        yield f"estimated for {ensemble.likely} members of each case; {goal}"
 
 
 def _refusals(plan: Plan) -> Iterator[str]:
@@ -302,16 +302,16 @@ def _refusals(plan: Plan) -> Iterator[str]:
         yield f"{where}: {message}{more}"
 
 
-def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
+def _data(standing: plans.Standing, ranks: int) -> dict[str, Any]:
     """The plan for scripts."""
-    plan = found.plan
+    plan = standing.plan
     results, dataset = expectations.disk_of_plan(plan)
     impossible = [case for case in plan.cases if not case.case]
     refused = [{"case": case.parameters, "message": case.outcome.message} for case in impossible]
     times = {}
     for number in sorted({1, ranks}):
-        times[number] = makespan(found.remaining, number, found.measured.seconds)
-    measured = found.measured
+        times[number] = makespan(standing.remaining, number, standing.measured.seconds)
+    measured = standing.measured
     factors = {kind: measured.factor(kind) for kind in measured.as_data()}
     outlook = expectations.plan_outlook(plan)
     return {
@@ -321,13 +321,13 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
         "refused": refused,
         "drives": list(map(_drive_data, plan.manifest.drives)),
         "effects": read_effect_switches(plan.manifest),
-        "tasks": found.kinds,
+        "tasks": standing.kinds,
         "seconds_left": times,
         "measured": factors,
         "disk_bytes": {"results": results, "dataset": dataset},
         "expected": expectations.flag_prediction_lines(plan, outlook),
-        "does_not_fit": list(expectations.shortages(plan, found.remaining)),
-        "foreign_results": len(found.foreign),
+        "does_not_fit": list(expectations.shortages(plan, standing.remaining)),
+        "foreign_results": len(standing.foreign),
     }
 
 
@@ -346,26 +346,26 @@ def _mega(number: float) -> str:
 
 def show_status(campaign: Path, out: Path | None, as_json: bool) -> None:
     """Print how many of a campaign's tasks are finished and how its cases ended."""
-    found = plans.standing(campaign, out, sized=as_json)
+    standing = plans.standing(campaign, out, sized=as_json)
     if as_json:
-        plans.print_json(_status_data(found))
+        plans.print_json(_status_data(standing))
     else:
-        note(found.plan.manifest.title)
-        print_table(*_tables(found))
-        if found.given_up:
-            again = plans.command_text("run", campaign, found.into, "--retry")
-            tasks = plans.plural(len(found.given_up), "task")
+        note(standing.plan.manifest.title)
+        print_table(*_tables(standing))
+        if standing.given_up:
+            again = plans.command_text("run", campaign, standing.into, "--retry")
+            tasks = plans.plural(len(standing.given_up), "task")
             note(f"{tasks} are not tried any more: failed, or need one that has; {again} tries again")
-        if len(found.stores) > 1:
-            merge = plans.command_text("merge", campaign, found.into)
-            shards = plans.plural(len(found.stores) - 1, "shard")
+        if len(standing.stores) > 1:
+            merge = plans.command_text("merge", campaign, standing.into)
+            shards = plans.plural(len(standing.stores) - 1, "shard")
             note(f"counted with the results of {shards} not merged yet; {merge} brings them together")
-        plans.print_foreign(found.foreign, campaign, found.into)
+        plans.print_foreign(standing.foreign, campaign, standing.into)
 
 
-def _tables(found: plans.Standing) -> tuple[Table, Table]:
+def _tables(standing: plans.Standing) -> tuple[Table, Table]:
     """Tasks by kind, and cases and drives by outcome."""
-    cases, drives = ended(found.plan, found.outcomes)
+    cases, drives = ended(standing.plan, standing.outcomes)
     # Success first, then what waits, then failures.
     words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word in _UNHURT, word))
     columns = {"outcome": words, "cases": [str(cases[word]) for word in words]}
@@ -374,21 +374,21 @@ def _tables(found: plans.Standing) -> tuple[Table, Table]:
     rows = tuple(zip(*columns.values(), strict=True))
     good = (_COMPLETED, *_UNHURT)
     failed = frozenset(number for number, word in enumerate(words) if word not in good)
-    tasks = _kinds(found, ("finished", "left", "core time left", "all"))
+    tasks = _kinds(standing, ("finished", "left", "core time left", "all"))
     return tasks, Table(tuple(columns), rows, len(columns), failed)
 
 
-def _status_data(found: plans.Standing) -> dict[str, Any]:
+def _status_data(standing: plans.Standing) -> dict[str, Any]:
     """The state for scripts."""
-    cases, drives = ended(found.plan, found.outcomes)
+    cases, drives = ended(standing.plan, standing.outcomes)
     return {
-        "title": found.plan.manifest.title,
-        "finished": not found.remaining and not found.given_up,
-        "tasks": found.kinds,
+        "title": standing.plan.manifest.title,
+        "finished": not standing.remaining and not standing.given_up,
+        "tasks": standing.kinds,
         "cases": cases,
         "drives": drives,
-        "given_up": len(found.given_up),
-        "foreign_results": len(found.foreign),
+        "given_up": len(standing.given_up),
+        "foreign_results": len(standing.foreign),
     }
 
 
@@ -405,10 +405,10 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
     used = site or shipped.folder("slurm") / "site.toml"
     with plans.refusals(SiteError):
         # What is wrong with a campaign is better known before the queue than after it.
-        found = plans.standing(campaign, out)
+        standing = plans.standing(campaign, out)
         settings, template = load_site(used)
         into = _plain(results_folder(campaign, out))
-        memory = max(map(expectations.memory_need, found.remaining), default=0.0)
+        memory = max(map(expectations.memory_need, standing.remaining), default=0.0)
         job = Job(_plain(campaign), into, memory)
         if shards is None:
             texts = {into / "job.sh": script(job, settings, template)}
@@ -420,7 +420,7 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
         contents = {path: os.fsencode(text) for path, text in texts.items()}
         write_files(contents)
     ranks = settings.tasks * (shards or 1)
-    print_sentences(_idle(found, ranks), stderr=True)
+    print_sentences(_idle(standing, ranks), stderr=True)
     if site is None:
         note(f"settings: {whole(used)}; copy the file, change it and give it by --site")
     if submit:
@@ -437,14 +437,14 @@ def _plain(path: Path) -> Path:
     return path.resolve() if ".." in path.parts else path.absolute()
 
 
-def _idle(found: plans.Standing, ranks: int) -> Iterator[str]:
+def _idle(standing: plans.Standing, ranks: int) -> Iterator[str]:
     """Caution of ranks that have no work: the longest chain of tasks takes as long on more."""
-    tasks = found.remaining
+    tasks = standing.remaining
     if not tasks:
         yield "nothing to submit: all tasks are finished"
         return
-    alone = makespan(tasks, 1, found.measured.seconds)
-    shortest = makespan(tasks, len(tasks), found.measured.seconds)
+    alone = makespan(tasks, 1, standing.measured.seconds)
+    shortest = makespan(tasks, len(tasks), standing.measured.seconds)
     # The longest chain of tasks takes as long on any number of ranks.
     useful = math.ceil(alone / shortest)
     if ranks > useful:

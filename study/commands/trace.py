@@ -154,8 +154,8 @@ class TraceReading(NamedTuple):
         if self.time and self.displacement:
             raise Refusal("--time and --displacement exclude each other: the force is measured over one of the two")
         time, displacement, force = self.time or "", self.displacement or "", self.force or ""
-        given = TraceOptions(time, displacement, force, self.columns or ())
-        trace = read_trace(file, file_text(file), given)
+        options = TraceOptions(time, displacement, force, self.columns or ())
+        trace = read_trace(file, file_text(file), options)
         load = parse_option("load", self.load, "N", positive=True)
         velocity = self.stage_velocity()
         unit = "s" if trace.over == "time" else "m"
@@ -186,8 +186,8 @@ class TraceReading(NamedTuple):
         """The trace, its load and its numbers. Raises Refusal."""
         try:
             trace, load, velocity = self.trace(file)
-            found = measure_trace(trace, load, velocity, self.damping, self.rig_stiffness())
-            return trace, load, found
+            measured = measure_trace(trace, load, velocity, self.damping, self.rig_stiffness())
+            return trace, load, measured
         except InvalidInput as error:
             raise Refusal(f"{file}: {error}") from None
 
@@ -212,13 +212,13 @@ def show_trace(
 ) -> None:
     """Print the numbers of a trace, beside the numbers of a computed drive, draw it, and write its events."""
     form = shared.file_format(picture) if picture else ""
-    trace, weight, found = reading.numbers(file)
+    trace, weight, measured = reading.numbers(file)
     if over and trace.unit == "N" and math.isnan(weight):
         raise Refusal('--over: needs --load, as "100 N": computed forces are shares of the load')
     if parameters and not over:
         raise Refusal(f"{parameters[0]}: needs --over CAMPAIGN, whose case it selects")
     computed, loops = None, None
-    if over and found.loops:
+    if over and measured.loops:
         weight_of_loop = _require_load(trace, weight)
         loops = _find_loops(over, parameters, weight_of_loop, reading.rig_stiffness())
     elif over:
@@ -228,21 +228,21 @@ def show_trace(
         distributions = {"events": as_mapping(series.numbers)} if series else {}
         beside = {"computed": as_mapping(loops.numbers)} if loops else {}
         known_load = {"load": _find_load(trace, weight)}
-        print_json({**known_load, **json_of_trace(trace, found), **beside, **distributions})
+        print_json({**known_load, **json_of_trace(trace, measured), **beside, **distributions})
     else:
         note(_as_read(trace))
         if loops:
-            print_table(loop_table(found.numbers, loops.numbers))
+            print_table(loop_table(measured.numbers, loops.numbers))
             print_sentences(_loop_sentences(loops, _require_load(trace, weight)))
         else:
-            print_table(number_table(found.numbers, computed))
+            print_table(number_table(measured.numbers, computed))
         if series:
             print_table(number_table(series.numbers))
-        print_sentences(map(sentence, found.flags))
-        if "static_friction" in found.numbers and trace.unit == "N" and math.isnan(weight):
+        print_sentences(map(sentence, measured.flags))
+        if "static_friction" in measured.numbers and trace.unit == "N" and math.isnan(weight):
             note('forces are in N: --load "100 N" makes them friction coefficients')
     if picture:
-        content = draw(trace, found, weight, form, computed, loops)
+        content = draw(trace, measured, weight, form, computed, loops)
         write_files({picture: content})
         note(whole(f"written: {picture}"), stderr=as_json)
     if events and series:
@@ -284,11 +284,11 @@ def as_mapping(numbers: Mapping[str, Measured]) -> dict[str, dict[str, Any]]:
     return {name: number._asdict() for name, number in numbers.items()}
 
 
-def json_of_trace(trace: Trace, found: TraceNumbers) -> dict[str, Any]:
+def json_of_trace(trace: Trace, measured: TraceNumbers) -> dict[str, Any]:
     """Numbers, flags and notes of a trace for JSON."""
     notes = [] if trace.source is None else list(_describe_omissions(trace.source))
-    notes += map(sentence, found.flags)
-    return {**as_mapping(found.numbers), "flags": found.flagged, "notes": notes}
+    notes += map(sentence, measured.flags)
+    return {**as_mapping(measured.numbers), "flags": measured.flagged, "notes": notes}
 
 
 def _as_read(trace: Trace) -> str:
@@ -334,10 +334,10 @@ def _find_load(trace: Trace, load: float) -> float:
 
 def _require_load(trace: Trace, load: float) -> float:
     """Normal load of a trace in N: given, or the mean of its column. Raises Refusal if neither is known."""
-    known = _find_load(trace, load)
-    if math.isnan(known):
+    stated = _find_load(trace, load)
+    if math.isnan(stated):
         raise Refusal('--over: needs --load, as "100 N": the energy of a loop of coefficients is not known without')
-    return known
+    return stated
 
 
 def _find_loops(source: Path, parameters: tuple[str, ...], load: float, rig: float) -> ComputedLoops:
@@ -412,7 +412,7 @@ def number_table(numbers: Mapping[str, Measured], computed: xr.Dataset | None = 
 
 def draw(
     trace: Trace,
-    found: TraceNumbers,
+    measured: TraceNumbers,
     load: float,
     form: str,
     computed: xr.Dataset | None = None,
@@ -422,20 +422,20 @@ def draw(
 
     Forces of both signs are drawn less offset and drift, with their strokes shaded and lines of both signs.
     """
-    if "friction_slope" in found.numbers and trace.load is not None:
-        return _draw_over_load(trace, np.abs(trace.load), found, form)
+    if "friction_slope" in measured.numbers and trace.load is not None:
+        return _draw_over_load(trace, np.abs(trace.load), measured, form)
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     quantity, unit = ("F/W", "1") if trace.unit == "1" or math.isfinite(load) else ("force", "N")
-    drift = found.drift * (trace.at - trace.at[0])
-    force = trace.force / per - found.offset - drift
+    drift = measured.drift * (trace.at - trace.at[0])
+    force = trace.force / per - measured.offset - drift
     place, line_of_force = break_at_gaps(trace.at, trace.at, force)
-    middle = found.cycles[len(found.cycles) // 2] if found.cycles else None
-    below = bool(middle) or found.loops is not None
+    middle = measured.cycles[len(measured.cycles) // 2] if measured.cycles else None
+    below = bool(middle) or measured.loops is not None
     with shared.column(4.4 if below else 2.4, shared.PAGE) as figure:
         grid = figure.subplots(2 if below else 1, squeeze=False)
         panels = grid[:, 0]
         if computed is not None:
-            first = found.cycles[0].start if found.cycles else 0.0
+            first = measured.cycles[0].start if measured.cycles else 0.0
             # Both stages start at times of their own: the first slips are laid over each other.
             shift = first - _first_drop(computed) if trace.over == "time" else 0.0
             look: dict[str, Any] = {"color": shared.COLORS[2], "label": f"computed, {shift:+.3g} s"}
@@ -445,13 +445,13 @@ def draw(
             look = {"marker": marker, "markersize": 2.0, "linewidth": 0.5}
             look["color"] = shared.COLORS[5]
             axes.plot(place, line_of_force, label="measured", **look)
-            for number, cycle in enumerate(found.cycles):
+            for number, cycle in enumerate(measured.cycles):
                 name = "Eq. 16-19" if not number else None
                 line: dict[str, Any] = {"color": shared.COLORS[1], "linewidth": 1.0}
                 axes.plot(cycle.at, cycle.fit, label=name, **line)
-            _draw_levels(axes, found)
-            label_axis(axes.yaxis, _less(quantity, found), force, unit)
-        for span in found.spans:
+            _draw_levels(axes, measured)
+            label_axis(axes.yaxis, _less(quantity, measured), force, unit)
+        for span in measured.spans:
             shade: dict[str, Any] = {"color": shared.COLORS[5], "alpha": 0.12, "linewidth": 0.0}
             panels[0].axvspan(span.start, span.end, **shade)
         if middle:
@@ -460,11 +460,11 @@ def draw(
             least, most = shown.min(), shown.max()
             room = 0.1 * (most - least)
             panels[1].set(xlim=(begin, end), ylim=(least - room, most + room))
-        elif found.loops is not None:
-            _draw_loops(panels[1], trace.at, found, computed_loops)
-            label_axis(panels[1].yaxis, _less(quantity, found), force, unit)
+        elif measured.loops is not None:
+            _draw_loops(panels[1], trace.at, measured, computed_loops)
+            label_axis(panels[1].yaxis, _less(quantity, measured), force, unit)
         # Below loops, which have a position of their own, the axis of the trace is that of the upper panel.
-        has_loops_below = found.loops is not None and not middle
+        has_loops_below = measured.loops is not None and not middle
         along = panels[0 if has_loops_below else -1].xaxis
         label_axis(along, trace.over, trace.at, "s" if trace.over == "time" else "m")
         shared.legend(figure)
@@ -478,15 +478,15 @@ def break_at_gaps(at: Floats, *columns: Floats) -> list[Floats]:
     return [np.insert(column, gaps, math.nan) for column in columns]
 
 
-def _draw_loops(axes: Any, at: Floats, found: TraceNumbers, computed: ComputedLoops | None) -> None:
+def _draw_loops(axes: Any, at: Floats, answer: TraceNumbers, computed: ComputedLoops | None) -> None:
     """Measured loops, and computed ones, each about the middle of its way; of a path both over the place of the contact.
 
     at: time or way of each measured sample.
     """
-    assert found.loops is not None
+    assert answer.loops is not None
     machine = computed.machine if computed else 0.0
     # A rig between stage and contact shears the loop: its points are shifted by F/k.
-    measured = found.loops.position - machine * found.loops.force
+    measured = answer.loops.position - machine * answer.loops.force
     way = measured - _middle(measured)
     if computed:
         place = computed.loops.position
@@ -494,11 +494,11 @@ def _draw_loops(axes: Any, at: Floats, found: TraceNumbers, computed: ComputedLo
         label = f"computed, {_energy_text(computed.numbers)}"
         axes.plot(place - _middle(place), computed.loops.force, label=label, **wide)
     thin: dict[str, Any] = {"linewidth": 0.5, "color": shared.COLORS[5]}
-    label = f"measured, {_energy_text(found.numbers)}"
-    axes.plot(*break_at_gaps(at, way, found.loops.force), label=label, **thin)
+    label = f"measured, {_energy_text(answer.numbers)}"
+    axes.plot(*break_at_gaps(at, way, answer.loops.force), label=label, **thin)
     if computed:
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-    _draw_levels(axes, found)
+    _draw_levels(axes, answer)
     label_axis(axes.xaxis, "position less F/rig" if machine else "position", way, "m")
 
 
@@ -513,10 +513,10 @@ def _middle(place: Floats) -> float:
     return extremes / 2.0
 
 
-def _draw_over_load(trace: Trace, load: Floats, found: TraceNumbers, form: str) -> bytes:
+def _draw_over_load(trace: Trace, load: Floats, measured: TraceNumbers, form: str) -> bytes:
     """Friction over normal load with its line."""
-    slope = found.numbers["friction_slope"].value
-    intercept = found.numbers["friction_intercept"].value
+    slope = measured.numbers["friction_slope"].value
+    intercept = measured.numbers["friction_intercept"].value
     ends = np.array([0.0, float(load.max())])
     points: dict[str, Any] = {"markersize": 2.0, "color": shared.COLORS[5], "label": "measured"}
     line: dict[str, Any] = {"color": shared.COLORS[1], "label": line_equation(slope, intercept)}
@@ -543,22 +543,22 @@ def label_axis(axis: Any, quantity: str, values: Any, unit: str) -> None:
     axis.set_label_text(f"{quantity} ({prefixed})" if prefixed else quantity)
 
 
-def _less(label: str, found: TraceNumbers) -> str:
+def _less(label: str, measured: TraceNumbers) -> str:
     """The label of forces, with the subtracted part."""
-    parts = {"offset": found.offset, "drift": found.drift}
+    parts = {"offset": measured.offset, "drift": measured.drift}
     subtracted = [name for name, value in parts.items() if value]
     return f"{label} less {' and '.join(subtracted)}" if subtracted else label
 
 
-def _draw_levels(axes: Any, found: TraceNumbers) -> None:
+def _draw_levels(axes: Any, measured: TraceNumbers) -> None:
     """Lines at static and kinetic friction, of both signs for strokes to and fro."""
     for style, name in (("--", "static_friction"), (":", "kinetic_friction")):
-        if known := found.numbers.get(name):
+        if number := measured.numbers.get(name):
             color = shared.COLORS[0]
             look: dict[str, Any] = {"color": color, "linestyle": style}
-            axes.axhline(known.value, label=TRACE_SYMBOLS[name], **look)
-            if found.spans:
-                axes.axhline(-known.value, **look)
+            axes.axhline(number.value, label=TRACE_SYMBOLS[name], **look)
+            if measured.spans:
+                axes.axhline(-number.value, **look)
 
 
 def _first_drop(computed: xr.Dataset) -> float:

@@ -49,10 +49,10 @@ class FileNumbers:
 
     def force(self, names: Sequence[str]) -> Measured | None:
         """The first of these frictions in N; None if there is none, or if the load is not known."""
-        known = [self.found.numbers[name] for name in names if name in self.found.numbers]
-        if not known or not math.isfinite(self.load):
+        numbers = [self.found.numbers[name] for name in names if name in self.found.numbers]
+        if not numbers or not math.isfinite(self.load):
             return None
-        number = known[0]
+        number = numbers[0]
         newtons = self.load if number.unit == "1" else 1.0
         value, error = newtons * number.value, newtons * number.uncertainty
         return Measured(value, error, number.of, "N")
@@ -99,13 +99,13 @@ def _show_series(
     refused: dict[str, str] = {}
     for name, file, reading in zip(names, files, readings, strict=True):
         try:
-            trace, load, found = reading.numbers(file)
+            trace, load, file_numbers = reading.numbers(file)
         except Refusal as error:
             # A file that cannot be read does not cost the numbers of the others.
             refused[name] = error.format_message()
             continue
-        known = load if math.isfinite(load) else trace.mean_load
-        measured[name] = FileNumbers(trace, known, found)
+        mean_load = load if math.isfinite(load) else trace.mean_load
+        measured[name] = FileNumbers(trace, mean_load, file_numbers)
     numbers = numbers_of_series(list(measured.values()))
     series = None
     if events and measured:
@@ -154,25 +154,25 @@ def _short_names(files: Sequence[Path]) -> list[str]:
 
 def numbers_of_series(files: Sequence[FileNumbers]) -> dict[str, Measured]:
     """Lines of friction over load if the loads differ; means over the files, with the ± of their scatter, if they do not."""
-    found: dict[str, Measured] = {}
+    series_numbers: dict[str, Measured] = {}
     for begin, names in LEVELS.items():
         of_files = [(file.load, file.force(names)) for file in files]
-        known = [(load, force) for load, force in of_files if force]
-        loads = [load for load, _ in known]
-        forces = [force for _, force in known]
+        pairs = [(load, force) for load, force in of_files if force]
+        loads = [load for load, _ in pairs]
+        forces = [force for _, force in pairs]
         if has_different_loads(loads):
             line = friction_of_files(loads, forces)
-            found |= {f"{begin}{name}": number for name, number in line.items()}
-    if found or len(files) < 2:
-        return found
+            series_numbers |= {f"{begin}{name}": number for name, number in line.items()}
+    if series_numbers or len(files) < 2:
+        return series_numbers
     units = _units(files)
     for name, unit in units.items():
         having = [file.found.numbers for file in files if name in file.found.numbers]
         values = [numbers[name].value for numbers in having]
         # A number that some files lack would be the mean of a choice.
         if len(values) == len(files):
-            found[name] = mean_with_error(values, unit)
-    return found
+            series_numbers[name] = mean_with_error(values, unit)
+    return series_numbers
 
 
 def _series_table(names: Sequence[str], measured: Mapping[str, FileNumbers], refused: Mapping[str, str]) -> Table:
@@ -220,15 +220,15 @@ def _draw_series(files: Mapping[str, FileNumbers], numbers: Mapping[str, Measure
         drawn_forces: list[float] = []
         for place, (begin, names) in enumerate(LEVELS.items()):
             of_files = [(file.load, file.force(names)) for file in files.values()]
-            known = [(load, force) for load, force in of_files if force]
-            if not known:
+            pairs = [(load, force) for load, force in of_files if force]
+            if not pairs:
                 continue
-            drawn_loads += [load for load, _ in known]
-            drawn_forces += [force.value for _, force in known]
+            drawn_loads += [load for load, _ in pairs]
+            drawn_forces += [force.value for _, force in pairs]
             color = shared.COLORS[place]
             look: dict[str, Any] = {"color": color, "linestyle": "none", "marker": MARKS[begin]}
             look |= {"label": TRACE_SYMBOLS[names[0]], "markersize": 4.0}
-            points = [(load, *force[:2]) for load, force in known]
+            points = [(load, *force[:2]) for load, force in pairs]
             loads, values, errors = np.array(points).T
             axes.errorbar(loads, values, np.nan_to_num(errors), **look)
             if slope := numbers.get(f"{begin}friction_slope"):

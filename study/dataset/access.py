@@ -32,20 +32,20 @@ def read_run(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Data
 
     Raises KeyError if no case matches, ValueError if several cases match or the case has no run.
     """
-    found = select_rows(root, run_id_name(root, name), selection)
-    if len(found) != 1:
-        columns = found.positions.items()
+    rows = select_rows(root, run_id_name(root, name), selection)
+    if len(rows) != 1:
+        columns = rows.positions.items()
         counts = {dim: len(set(column)) for dim, column in columns}
         several = [f"{dim} has {count} values" for dim, count in counts.items() if count > 1]
         raise ValueError(f"{selection_text(selection)}: needs to single out one case, but {', '.join(several)}")
-    case = next(iter(found))
+    case = next(iter(rows))
     run_id = case[run_id_name(root, name)].values.item()
     slices = cut(root, name, [run_id])
     if slices is None:
         raise ValueError(f"{selection_text(selection)}: this case has no {name}")
     group = read_groups(root)[name]
     # Names and counts lie over all runs of the group: samples are what is left of one run.
-    over_runs = [each for each in group.variables if name in group[each].dims]
+    over_runs = [variable for variable in group.variables if name in group[variable].dims]
     group = group.drop_vars(over_runs)
     samples = {dim: runs[0] for dim, runs in slices.items()}
     return group.isel(samples), case
@@ -53,16 +53,16 @@ def read_run(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Data
 
 def run_id_name(root: xr.Dataset, name: str) -> str:
     """The variable that names the run of each case. Raises ValueError if a dataset has no such group."""
-    known = variables.all_groups()[name].id.name
+    id_name = variables.all_groups()[name].id.name
     groups = read_groups(root)
     if not groups:
         raise ValueError(f"this dataset was saved without groups ({name}): .nanoslip.tree.to_netcdf(path) keeps them")
     if name not in groups:
         why = "its campaign leaves that out (see [outputs] and stages), or it was joined with scalars=True"
         raise ValueError(f"this dataset has no group {name}: {why}")
-    if known not in root:
-        raise ValueError(f"this dataset has lost {known}: keep it when choosing variables")
-    return known
+    if id_name not in root:
+        raise ValueError(f"this dataset has lost {id_name}: keep it when choosing variables")
+    return id_name
 
 
 def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] | None:
@@ -113,15 +113,15 @@ def read_members(rows: CaseRows, name: str) -> list[NDArray[Any]]:
     except LostGroupsError:
         groups = Groups({})
     for group_name, group in variables.all_groups().items():
-        held = groups.get(group_name)
-        if held is None or MEMBER not in group.samples or name not in held or not rows.has(group.id.name):
+        members = groups.get(group_name)
+        if members is None or MEMBER not in group.samples or name not in members or not rows.has(group.id.name):
             continue
-        starts = variables.windows(held, group)[MEMBER]
-        labels = held[group_name].values.tolist()
+        starts = variables.windows(members, group)[MEMBER]
+        labels = members[group_name].values.tolist()
         numbers = {label: number for number, label in enumerate(labels)}
         ids = rows.values(group.id.name).tolist()
         runs = [numbers.get(label) for label in ids]
-        values = held[name].values
+        values = members[name].values
         return [_member_values(values, starts, run) for run in runs]
     return [np.array([value]) for value in rows.values(name)]
 
@@ -219,8 +219,8 @@ class Accessor:
         if size not in SIZES:
             raise KeyError(f"size = {size!r}: needs one of {', '.join(SIZES)}")
         number = list(SIZES).index(size)
-        there = np.flatnonzero(run["bin_of"].values == number)
-        return _add_case(run.isel(bin=there).drop_vars("bin_of"), case)
+        bins = np.flatnonzero(run["bin_of"].values == number)
+        return _add_case(run.isel(bin=bins).drop_vars("bin_of"), case)
 
     def trajectory(self, **selection: Any) -> xr.Dataset:
         """The motion of the pin of a case and drive over `sample` with the coordinate `time`; its slips over
@@ -275,7 +275,7 @@ class Accessor:
             raise KeyError(f"event = {event}: this case has its {name} after events {', '.join(map(str, there))}")
         wanted = there if event is None else [event]
         nodes = run.drop_vars("event")
-        places = [np.flatnonzero(of_nodes == each) for each in wanted]
+        places = [np.flatnonzero(of_nodes == number) for number in wanted]
         parts = [nodes.isel({dim: of_event}) for of_event in places]
         if len(parts) == 1:
             return _add_case(parts[0].assign_coords(event=wanted[0]), case)
@@ -318,8 +318,8 @@ class Accessor:
 
 def _varying(root: xr.Dataset) -> list[str]:
     """Parameters that differ between cases or drives, and names of these."""
-    known = {*variables.parameters(), variables.DRIVE_NAME.name, "case_id", CASE}
-    labels = [name for name in map(str, root.coords) if name in known]
+    names = {*variables.parameters(), variables.DRIVE_NAME.name, "case_id", CASE}
+    labels = [name for name in map(str, root.coords) if name in names]
     return [name for name in labels if root[name].dims]
 
 
@@ -370,12 +370,12 @@ def _dropping(run: xr.Dataset) -> xr.Dataset:
 def _add_case(run: xr.Dataset, case: xr.Dataset) -> xr.Dataset:
     """A run with its case's parameters as coordinates, its scalars as variables."""
     apart = run.variables.keys() | variables.run_names()
-    own = {name: each for name, each in case.variables.items() if name not in apart}
-    labels = [name for name in own if name in case.coords]
-    found = run.assign(own).set_coords(labels)
+    scalars = {name: variable for name, variable in case.variables.items() if name not in apart}
+    labels = [name for name in scalars if name in case.coords]
+    with_case = run.assign(scalars).set_coords(labels)
     # A run is no dataset with groups: the source in its encoding would lead to those of the file.
-    found.encoding = {}
-    return found
+    with_case.encoding = {}
+    return with_case
 
 
 def _numbers(count: int) -> NDArray[np.int64]:
@@ -417,8 +417,8 @@ def case_columns(root: xr.Dataset, table: str | None = None) -> list[Column]:
 
 def _long(table: xr.Dataset) -> list[Column]:
     """The runs of a group: whose they are, the number within a run, then the group's own columns."""
-    own = {name for group in variables.all_groups().values() for name in group.columns}
-    labels = [name for name in table.coords if name not in (*own, *table.dims)]
+    columns = {name for group in variables.all_groups().values() for name in group.columns}
+    labels = [name for name in table.coords if name not in (*columns, *table.dims)]
     names = dict.fromkeys([*labels, *table.coords, *table.data_vars])
     rows = case_rows(table, str(labels[0]))
     return [_column(table[name], rows) for name in names if name not in table.dims]

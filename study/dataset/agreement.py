@@ -131,7 +131,7 @@ class Difference:
 
 def worst(differences: Iterable[Difference]) -> Verdict:
     """The verdict on all of them together."""
-    return max((each.verdict for each in differences), default=Verdict.IDENTICAL)
+    return max((difference.verdict for difference in differences), default=Verdict.IDENTICAL)
 
 
 def odd(name: str, words: str) -> Difference:
@@ -186,9 +186,9 @@ class Runs:
         if kept not in self._numbers[0]:
             return [odd(self.group.id.name, f"{kept} is not in the group {self.group.name}")]
         places = self._places(kept, now)
-        whole = [slice(at, at + 1) for at in places]
+        ranges = [slice(at, at + 1) for at in places]
         owners = [owner.name for owner in self.group.owners]
-        return self._compare_variables(owners, self.group.name, whole)
+        return self._compare_variables(owners, self.group.name, ranges)
 
     def columns(self, kept: str, now: str, rounding: float = ROUNDING) -> list[Difference]:
         """Compare two runs column by column, over the largest magnitude in the same unit; empty if one of them is missing.
@@ -197,24 +197,24 @@ class Runs:
         """
         if kept not in self._numbers[0] or now not in self._numbers[1]:
             return []
-        found = []
+        differences = []
         columns = self.group.columns.items()
         for sample in self._windows[1]:
             names = [name for name, quantity in columns if quantity.along == sample]
             pairs = zip(self._windows, self._places(kept, now), strict=True)
             slices = [_run_slice(boundaries, sample, run) for boundaries, run in pairs]
             scales = self._scales(names, sample, slices[1])
-            found += self._compare_variables(names, sample, slices, scales, rounding)
-        return found
+            differences += self._compare_variables(names, sample, slices, scales, rounding)
+        return differences
 
     def _scales(self, names: Sequence[str], dim: str, run: slice) -> dict[str, float]:
         """Column -> largest magnitude of a recomputed run among the columns in its unit; places and times have their own."""
         group, declared = self._both[1], self.group.columns
-        held = group.variables
-        present = [name for name in names if name in held]
-        floats = [name for name in present if real(held[name])]
+        variables_of_run = group.variables
+        present = [name for name in names if name in variables_of_run]
+        floats = [name for name in present if real(variables_of_run[name])]
         within = {dim: run}
-        sizes = {name: magnitude(held[name].isel(within).values) for name in floats}
+        sizes = {name: magnitude(variables_of_run[name].isel(within).values) for name in floats}
         units = {name: name for name in sizes}
         # A place differs from another by its own distance only, though both are lengths.
         in_shared_units = [name for name in sizes if not declared[name].coordinate]
@@ -238,12 +238,12 @@ class Runs:
     ) -> list[Difference]:
         """Compare the variables of these names that both have, within these slices."""
         kept, now = self._both
-        here, there = ({dim: run} for run in slices)
+        here, other_run = ({dim: run} for run in slices)
         differences = []
         for name in names:
             if name in kept.variables and name in now.variables:
                 one = kept.variables[name].isel(here).values
-                other = now.variables[name].isel(there).values
+                other = now.variables[name].isel(other_run).values
                 scale = scales.get(name)
                 differences.append(compare_values(name, one, other, scale, rounding))
         return differences

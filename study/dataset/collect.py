@@ -142,11 +142,11 @@ def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
     return coordinates
 
 
-def _spread(given: Mapping[tuple[int, ...], Any], axes: Mapping[str, Sequence[Value]]) -> tuple[tuple[str, ...], Any]:
+def _spread(entries: Mapping[tuple[int, ...], Any], axes: Mapping[str, Sequence[Value]]) -> tuple[tuple[str, ...], Any]:
     """Dimensions and values of a setting of the drives, without the axes along which it is the same; `drive` stays."""
     shape = tuple(len(labels) for labels in axes.values())
     values = np.full(shape, None, dtype=object)
-    for position, value in given.items():
+    for position, value in entries.items():
         values[position] = value
     dims = tuple(axes)
     for axis in axes:
@@ -174,18 +174,18 @@ def label_array(values: Sequence[Any]) -> NDArray[Any]:
 def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layout) -> dict[str, Any]:
     """Parameters along their dimension, over the cases where they vary, else once; none that changes no result."""
     dims, places = tuple(layout.axes), layout.places
-    found: dict[str, Any] = {}
+    variables_by_name: dict[str, Any] = {}
     for name, labels in layout.axes.items():
         about = attributes(_parameter(name))
-        found[name] = (name, label_array(labels), about)
+        variables_by_name[name] = (name, label_array(labels), about)
     ids = _arrange(places, [case.case_id for case in cases])
     laid_out = ids.reshape(layout.shape)
-    found["case_id"] = (dims, laid_out, attributes(variables.CASE_ID))
+    variables_by_name["case_id"] = (dims, laid_out, attributes(variables.CASE_ID))
     exclusions = _exclusions(task_kinds(manifest))
     # A file that all cases share is no coordinate: the manifest names it.
     files = [name for name in file_parameters() if name in manifest.axes]
-    known = (*parameters(), *files)
-    names = [name for name in known if name not in layout.axes]
+    parameter_names = (*parameters(), *files)
+    names = [name for name in parameter_names if name not in layout.axes]
     possible = sum(case.case is not None for case in cases)
     # In a list of cases an axis and a standard parameter label each, also where it has one value.
     along = {*manifest.axes, *STANDARD} if "case" in dims else ()
@@ -198,11 +198,11 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
         # Refused cases may lack a value that all others share; one that changes no result in some cases varies.
         is_common = len(set(present)) == 1 and len(present) >= possible
         if is_common and name not in along:
-            found[name] = ((), present[0], about)
+            variables_by_name[name] = ((), present[0], about)
         else:
             arranged = _arrange(places, values)
-            found[name] = (dims, arranged.reshape(layout.shape), about)
-    return found | _si_twins(manifest, found) | drive_coordinates(manifest, layout)
+            variables_by_name[name] = (dims, arranged.reshape(layout.shape), about)
+    return variables_by_name | _si_twins(manifest, variables_by_name) | drive_coordinates(manifest, layout)
 
 
 def _exclusions(kinds: frozenset[str]) -> tuple[Exclusion, ...]:
@@ -212,16 +212,16 @@ def _exclusions(kinds: frozenset[str]) -> tuple[Exclusion, ...]:
     return OF_PATH if "path" in kinds else OF_CONTACT
 
 
-def _si_twins(manifest: Manifest, found: Mapping[str, Any]) -> dict[str, Any]:
+def _si_twins(manifest: Manifest, stored: Mapping[str, Any]) -> dict[str, Any]:
     """Coordinates with lengths and loads in m and N beside the others, if a campaign gives scales."""
     scales = manifest.stated_scales
     if scales is None:
         return {}
     coordinates = {}
     for name, twin in si_coordinates().items():
-        if name not in found:
+        if name not in stored:
             continue
-        dims, values, _ = found[name]
+        dims, values, _ = stored[name]
         scale = getattr(scales, parameters_of_a_case()[name].scale)
         in_si = np.asarray(values, float) * scale
         coordinates[twin.name] = (dims, in_si, attributes(twin))
@@ -232,8 +232,8 @@ def _values(case: CampaignCase, names: Sequence[str], exclusions: tuple[Exclusio
     """Requested parameters of a case; None for a parameter that changes no result."""
     if case.case is None:
         return tuple(map(case.parameters.get, names))
-    given = case.parameters.items()
-    files = {name: value for name, value in given if isinstance(value, FileName)}
+    parameters_of_case = case.parameters.items()
+    files = {name: value for name, value in parameters_of_case if isinstance(value, FileName)}
     ineffective = ineffective_parameters(case.case, exclusions)
     settings = {**case.case.flat, **files}
     effective = {name: settings[name] for name in settings if name not in ineffective}
@@ -391,8 +391,8 @@ class CaseVariables:
             dropped = names_to_drop(KINDS[kind], manifest)
             if kind in variables.OWN_MESSAGES:
                 self._declare(kind, variables.OWN_MESSAGES[kind], "")
-            own = own_quantities(kind, manifest)
-            stated = [*scalars(kind), *own.items()]
+            own_numbers_of_kind = own_quantities(kind, manifest)
+            stated = [*scalars(kind), *own_numbers_of_kind.items()]
             self._scalars[kind] = [(name, quantity) for name, quantity in stated if name not in dropped]
             for _, quantity in self._scalars[kind]:
                 for variable in (quantity, *quantity.beside):
@@ -514,7 +514,7 @@ def _origin_texts(origins: Sequence[Origin], fact: str) -> NDArray[Any]:
 
 def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
     """Software that computed the results, all of it if there are several, the most frequent first."""
-    found = {}
+    facts = {}
     for item in fields(Origin):
         values: Counter[str] = Counter()
         for origin, count in counts.items():
@@ -524,11 +524,11 @@ def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
         frequent = sorted(by_name, key=lambda pair: -pair[1])
         several = [f"{value} ({count} results)" for value, count in frequent]
         text = ", ".join(several if len(several) > 1 else values)
-        found[item.name] = text or "nothing is computed yet"
+        facts[item.name] = text or "nothing is computed yet"
     mixed = mixture(counts)
     if mixed:
-        found[MIXED] = mixed
-    return found
+        facts[MIXED] = mixed
+    return facts
 
 
 # The results of a campaign's cases, and how their tasks ended.
@@ -695,8 +695,8 @@ def losses(path: Path, collected: xr.Dataset) -> list[str]:
     if path.exists() and not os.access(path, os.R_OK):
         return ["contents that this user may not read"]
     try:
-        with reading(path) as found:
-            lost = (_fewer_finished(found, collected, kind) for kind in variables.OUTCOMES)
+        with reading(path) as kept:
+            lost = (_fewer_finished(kept, collected, kind) for kind in variables.OUTCOMES)
             # Listed here: values are read from the file, which is closed below.
             return list(filter(None, lost))
     except DatasetFormatError:
@@ -714,17 +714,17 @@ def count_pending(dataset: xr.Dataset) -> int:
     return sum(int((ending == PENDING).sum()) for ending in endings)
 
 
-def _fewer_finished(found: xr.Dataset, collected: xr.Dataset, kind: str) -> str:
+def _fewer_finished(kept: xr.Dataset, collected: xr.Dataset, kind: str) -> str:
     """Sentence on the loss of finished cases or drives: by number among all, or by name among cases in both
     datasets."""
     ending = variables.OUTCOMES[kind].ending.name
-    if ending not in found or ending not in collected:
+    if ending not in kept or ending not in collected:
         return ""
-    common = np.intersect1d(found["case_id"].values, collected["case_id"].values)
+    common = np.intersect1d(kept["case_id"].values, collected["case_id"].values)
     # A case out of time has an ending but no result: where both datasets have the case, such an
     # ending must not replace a result.
     for unfinished, cases in (((PENDING,), None), (NOTHING_KNOWN, common)):
-        had, _ = _count_finished(found, ending, unfinished, cases)
+        had, _ = _count_finished(kept, ending, unfinished, cases)
         has, size = _count_finished(collected, ending, unfinished, cases)
         # A campaign that has become smaller loses none.
         if has < min(had, size):
@@ -752,16 +752,16 @@ NOTE: Final = "dataset.json"
 
 def dataset_hash(manifest: Manifest, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
-    own = [each.identity for each in manifest.observables]
-    texts = (manifest.text, *manifest.files.items(), *own)
+    identities = [number.identity for number in manifest.observables]
+    texts = (manifest.text, *manifest.files.items(), *identities)
     inputs = content_hash(all_sources_hash(), manifest.path.name, *texts)
-    found = hashlib.sha256(inputs.encode())
+    digest = hashlib.sha256(inputs.encode())
     for key, seal in store.seals():
-        found.update(f"{key} {seal}\n".encode())
+        digest.update(f"{key} {seal}\n".encode())
     # Sorted, as the order in which tasks failed is chance.
     for key, attempt in sorted(store.failures().items()):
-        found.update(f"{key} {attempt.outcome}\n".encode())
-    return found.hexdigest()
+        digest.update(f"{key} {attempt.outcome}\n".encode())
+    return digest.hexdigest()
 
 
 def is_current_dataset(path: Path, store: Store, expected: str) -> bool:

@@ -55,25 +55,25 @@ def match_rows(pair: Pair, kind: str) -> Matched:
     """Match the rows of cases ("") or drives that both datasets have. Raises NotComparableError if rows are ambiguous."""
     ending = variables.OUTCOMES[kind].ending.name
     one, other = (case_rows(root, ending) for root in pair)
-    known = (*variables.parameters(), variables.DRIVE_NAME.name)
+    parameter_names = (*variables.parameters(), variables.DRIVE_NAME.name)
     # A parameter of one value in each dataset is no key, also if both values differ: its effect is
     # what is compared.
-    names = [name for name in known if _has_several(one, name) or _has_several(other, name)]
-    here, there = _places(one, names), _places(other, names)
+    names = [name for name in parameter_names if _has_several(one, name) or _has_several(other, name)]
+    here, other_places = _places(one, names), _places(other, names)
     ours, theirs = one.values(ending), other.values(ending)
-    shared = [key for key in here if key in there]
+    shared = [key for key in here if key in other_places]
     # A case that either dataset lacks, or that failed for want of time or memory, says nothing about the physics.
     done = {}
     for key in shared:
-        left, right = here[key], there[key]
-        if not {ours[left], theirs[right]} & set(NOTHING_KNOWN):
-            done[key] = (left, right)
+        our_row, right = here[key], other_places[key]
+        if not {ours[our_row], theirs[right]} & set(NOTHING_KNOWN):
+            done[key] = (our_row, right)
     # Of the shape (0, 2) also without a shared row.
     places = list(done.values())
     lefts, rights = np.array(places, np.int64).reshape(-1, 2).T
     labels = tuple(dict(key) for key in done)
     both = (one.at(lefts), other.at(rights))
-    only = (_missing_rows(here, there), _missing_rows(there, here))
+    only = (_missing_rows(here, other_places), _missing_rows(other_places, here))
     pending = len(shared) - len(done)
     return Matched(kind, labels, both, only, pending)
 
@@ -96,8 +96,8 @@ def values(root: xr.Dataset, name: str) -> list[Value]:
     """The different values of a parameter in a dataset; none if it has no such parameter."""
     if name not in root.coords:
         return []
-    found = root[name].values.ravel().tolist()
-    return list(dict.fromkeys(value for value in found if not _missing(value)))
+    stored = root[name].values.ravel().tolist()
+    return list(dict.fromkeys(value for value in stored if not _missing(value)))
 
 
 def _places(rows: CaseRows, names: Sequence[str]) -> dict[_Key, int]:
@@ -109,11 +109,11 @@ def _places(rows: CaseRows, names: Sequence[str]) -> dict[_Key, int]:
         pairs = [(name, column[row]) for name, column in columns.items()]
         stated = [pair for pair in pairs if not _missing(pair[1])]
         keys.append(tuple(stated))
-    found = {key: place for place, key in enumerate(keys)}
+    places = {key: place for place, key in enumerate(keys)}
     # Two rows of one key would both be compared with the last of the other dataset.
-    if len(found) < len(keys):
+    if len(places) < len(keys):
         raise NotComparableError(f"cases are not told apart by {', '.join(names) or 'any parameter'}")
-    return found
+    return places
 
 
 def _missing(value: object) -> bool:
@@ -151,63 +151,63 @@ class Observed:
     """Difference in combined standard deviations; infinite if a value is missing or a word, NaN if these are unknown."""
 
 
-def uncertain_numbers(found: Matched) -> Iterator[Observed]:
+def uncertain_numbers(matched: Matched) -> Iterator[Observed]:
     """Every number that states an uncertainty, and every word, of the shared cases or drives."""
-    for name in _names(found):
-        if not _judged(found, name):
+    for name in _names(matched):
+        if not _judged(matched, name):
             continue
         # Rounding is relative to the variable in all cases: a number near zero is a difference of larger ones.
         scale = 0.0
-        if _number(found, name):
-            scale = max(magnitude(root[name].values) for root in found.roots)
-        pairs = _paired_values(found, name)
-        errors = _paired_values(found, f"{name}_uncertainty")
-        members = _paired_values(found, variables.MEMBERS.name)
-        for label, both, error, count in zip(found.labels, pairs, errors, members, strict=True):
+        if _number(matched, name):
+            scale = max(magnitude(root[name].values) for root in matched.roots)
+        pairs = _paired_values(matched, name)
+        errors = _paired_values(matched, f"{name}_uncertainty")
+        members = _paired_values(matched, variables.MEMBERS.name)
+        for label, both, error, count in zip(matched.labels, pairs, errors, members, strict=True):
             verdict, apart = _verdict(both, error, count, scale)
             yield Observed(label, name, both, verdict, apart)
 
 
-def list_unjudged(found: Matched) -> tuple[list[str], list[str]]:
+def list_unjudged(matched: Matched) -> tuple[list[str], list[str]]:
     """Numbers without uncertainty: numbers that differ in any shared case, and all others."""
-    names = [name for name in _names(found) if not _judged(found, name)]
-    one, other = found.both
+    names = [name for name in _names(matched) if not _judged(matched, name)]
+    one, other = matched.both
     same = [name for name in names if identical(one.values(name), other.values(name))]
     return [name for name in names if name not in same], same
 
 
-def _names(found: Matched) -> list[str]:
+def _names(matched: Matched) -> list[str]:
     """Shared variables of cases or drives, without companions such as ± and without provenance."""
     outcomes_of_drives = {text.name for text in variables.OUTCOMES[variables.DRIVE]}
     driven = variables.drive_variables() | outcomes_of_drives
     apart = variables.run_names() | {"advice"}
-    apart |= {each.name for _, *others in variables.OUTCOMES.values() for each in others}
-    names = map(str, found.roots[0].data_vars)
+    apart |= {variable.name for _, *others in variables.OUTCOMES.values() for variable in others}
+    names = map(str, matched.roots[0].data_vars)
     shared = [name for name in names if name not in apart]
-    one, other = found.both
+    one, other = matched.both
     both = [name for name in shared if one.has(name) and other.has(name)]
     told = ("_uncertainty", "members", SHARED_ERROR)
-    of_kind = [name for name in both if (name in driven) == bool(found.kind)]
+    of_kind = [name for name in both if (name in driven) == bool(matched.kind)]
     return [name for name in of_kind if not name.endswith(told)]
 
 
-def _judged(found: Matched, name: str) -> bool:
-    if not _number(found, name):
+def _judged(matched: Matched, name: str) -> bool:
+    if not _number(matched, name):
         return True
-    return all(f"{name}_uncertainty" in root for root in found.roots)
+    return all(f"{name}_uncertainty" in root for root in matched.roots)
 
 
-def _number(found: Matched, name: str) -> bool:
-    return found.roots[0][name].dtype.kind in _NUMBERS
+def _number(matched: Matched, name: str) -> bool:
+    return matched.roots[0][name].dtype.kind in _NUMBERS
 
 
 _NUMBERS: Final = "fiub"
 """Kinds of types that are numbers."""
 
 
-def _paired_values(found: Matched, name: str) -> Iterator[tuple[Any, Any]]:
+def _paired_values(matched: Matched, name: str) -> Iterator[tuple[Any, Any]]:
     """The values of a variable in each shared row, of both datasets."""
-    one, other = (_column(rows, name) for rows in found.both)
+    one, other = (_column(rows, name) for rows in matched.both)
     return zip(one, other, strict=True)
 
 
@@ -221,8 +221,8 @@ def _column(rows: CaseRows, name: str) -> list[Any]:
 
 
 def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[float, float], scale: float) -> Judged:
-    here, there = (np.array(value) for value in both)
-    if identical(here, there):
+    here, other_values = (np.array(value) for value in both)
+    if identical(here, other_values):
         return Verdict.IDENTICAL, 0.0
     # Words, and a number that one of the datasets lacks, have no distance.
     difference = math.nan
@@ -230,12 +230,12 @@ def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[
         difference = abs(both[0] - both[1])
     if math.isnan(difference):
         return _NOT_KNOWN if _may_differ_by_chance(both, members) else (Verdict.DIFFERENT, math.inf)
-    found, _ = find_verdict(here, there, scale, errors, STANDARD_DEVIATIONS)
-    if found is Verdict.NOT_JUDGED:
+    verdict, _ = find_verdict(here, other_values, scale, errors, STANDARD_DEVIATIONS)
+    if verdict is Verdict.NOT_JUDGED:
         return _NOT_KNOWN
-    if found is Verdict.ROUNDING:
-        return found, 0.0
-    return found, float(deviations(*both, errors))
+    if verdict is Verdict.ROUNDING:
+        return verdict, 0.0
+    return verdict, float(deviations(*both, errors))
 
 
 def _may_differ_by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
@@ -253,15 +253,15 @@ def _may_differ_by_chance(both: tuple[Any, Any], members: tuple[float, float]) -
 # The runs of shared cases and drives, which state no uncertainty: the same, or not.
 
 
-def compare_runs(found: Matched) -> dict[str, tuple[int, int]]:
+def compare_runs(matched: Matched) -> dict[str, tuple[int, int]]:
     """Group of runs that both datasets have -> shared cases or drives whose runs are the same within rounding, and others."""
-    both = [read_groups(root) for root in found.roots]
+    both = [read_groups(root) for root in matched.roots]
     counts = {}
     for name, group in variables.all_groups().items():
-        if group.driven != bool(found.kind) or not all(name in groups for groups in both):
+        if group.driven != bool(matched.kind) or not all(name in groups for groups in both):
             continue
         runs = Runs(group, [groups[name] for groups in both])
-        names = [rows.values(group.id.name).tolist() for rows in found.both]
+        names = [rows.values(group.id.name).tolist() for rows in matched.both]
         pairs = [pair for pair in zip(*names, strict=True) if any(pair)]
         in_both = [pair for pair in pairs if all(pair)]
         verdicts = [worst(runs.columns(*pair)) for pair in in_both]
@@ -317,7 +317,7 @@ def _keys_of_facts(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """The keys of a campaign file that are no parameters: `stages`, `ensemble.members`, `outputs.records`, `limits.seconds`."""
     for key, value in document.items():
         if isinstance(value, Mapping) and (key in TABLES or key not in _NO_FACTS):
-            known = table_words(key) if key in TABLES else ()
-            yield from ((f"{key}.{inner}", each) for inner, each in value.items() if inner not in known)
+            words = table_words(key) if key in TABLES else ()
+            yield from ((f"{key}.{inner}", inner_value) for inner, inner_value in value.items() if inner not in words)
         elif key not in _NO_FACTS:
             yield key, value

@@ -51,7 +51,7 @@ def _attributes_needs(attributes: Mapping[Any, Any]) -> Iterator[str]:
     for name, value in attributes.items():
         if str(name) == _MANIFEST or not str(name).startswith(f"{_MANIFEST}_") or name in _IN_WORDS:
             yield from _attribute_needs(str(name), value)
-    stated = [each.name for each in fields(Scales) if each.name in attributes]
+    stated = [scale.name for scale in fields(Scales) if scale.name in attributes]
     scales = {name: attributes[name] for name in stated}
     try:
         numbers = {name: float(value) for name, value in scales.items()}
@@ -76,8 +76,8 @@ def _attribute_needs(name: str, value: object) -> Iterator[str]:
 
 
 def _variables_needs(content: Content) -> Iterator[str]:
-    for group, held in content.items():
-        for name, variable in held.variables.items():
+    for group, group_content in content.items():
+        for name, variable in group_content.variables.items():
             place = printable(f"{group}/{name}".lstrip("/"), _MOST)
             yield from (f"{place}: {need}" for need in _variable_needs(str(name), variable))
     root = content[""]
@@ -86,12 +86,12 @@ def _variables_needs(content: Content) -> Iterator[str]:
     for ended in variables.OUTCOMES.values():
         # All three or none: a dataset without drives has none of theirs.
         together = (ended.ending, ended.message, ended.computed_by)
-        missing = [each.name for each in together if each.name not in root]
+        missing = [declared.name for declared in together if declared.name not in root]
         if 0 < len(missing) < len(together):
             yield f"no dataset of nanoslip: {missing[0]}: missing; xarray.open_dataset opens what is left of one"
     over_cases = [root[name] for name in (variables.CASE_ID.name, *_ENDINGS) if name in root]
     # Cases are found by their labels: neither of two equal ones, nor NaN, could be found.
-    for dim in dict.fromkeys(dim for each in over_cases for dim in each.dims):
+    for dim in dict.fromkeys(dim for declared in over_cases for dim in declared.dims):
         if dim not in root.indexes or not root.indexes[dim].is_unique or root.indexes[dim].hasnans:
             yield f"{dim}: needs different values, as cases lie along it"
 
@@ -112,9 +112,9 @@ def _variable_needs(name: str, variable: xr.Variable) -> Iterator[str]:
         yield from _text_needs(variable.values)
     elif variable.dtype.kind not in "iufb":
         yield f"{variable.dtype}: needs numbers or texts"
-    known, words = variables.variables_by_name().get(name), name in _texts()
+    declared, words = variables.variables_by_name().get(name), name in _texts()
     # A variable that states no unit holds words or switches, in either type.
-    if known and are_texts(variable) != words and (words or known.units):
+    if declared and are_texts(variable) != words and (words or declared.units):
         yield f"needs {'texts' if words else 'numbers'}"
     if name in _errors() and variable.dtype.kind == "f" and bool((variable.values < 0.0).any()):
         yield "needs errors from 0 on"
@@ -136,10 +136,10 @@ def _errors() -> set[str]:
 @cache
 def _whole() -> set[str]:
     """Variables over the cases that are whole numbers."""
-    whole = set()
+    names = set()
     for quantity in _scalars():
-        whole |= {variable.name for variable in (quantity, *quantity.beside) if variable.whole}
-    return whole
+        names |= {variable.name for variable in (quantity, *quantity.beside) if variable.whole}
+    return names
 
 
 @cache
@@ -185,24 +185,24 @@ def _of_runs(content: Content) -> Iterator[str]:
             yield f"{group.id.name}: missing" if name in content else f"group {name}: missing"
     for name, group in declared.items():
         yield from (f"group {name}: {need}" for need in _group_needs(content[name], group))
-        known = {"", *content[name][name].values.tolist()}
+        run_names = {"", *content[name][name].values.tolist()}
         ids = content[""][group.id.name].values.ravel()
-        strangers = {*ids.tolist()} - known
+        strangers = {*ids.tolist()} - run_names
         if strangers:
             yield f"{group.id.name}: {min(strangers)} is not in the group {name}: join datasets with nanoslip.concat"
 
 
-def _group_needs(held: xr.Dataset, group: variables.Group) -> Iterator[str]:
-    labels = held.indexes.get(group.name)
+def _group_needs(content: xr.Dataset, group: variables.Group) -> Iterator[str]:
+    labels = content.indexes.get(group.name)
     if labels is None or not labels.is_unique:
         yield f"{group.name}: needs different names"
         return
     for sample, series in group.samples.items():
-        counts = held.get(series[0].count.name)
+        counts = content.get(series[0].count.name)
         if counts is None:
-            if sample in held.dims:
+            if sample in content.dims:
                 yield f"{series[0].count.name}: missing"
         elif counts.dims != (group.name,) or counts.dtype.kind not in "iu" or not _counts(counts.values).all():
             yield f"{counts.name}: needs a whole number for each name"
-        elif variables.windows(held, group)[sample][-1] != held.sizes.get(sample, 0):
+        elif variables.windows(content, group)[sample][-1] != content.sizes.get(sample, 0):
             yield f"{counts.name}: needs as many values as {sample} has"

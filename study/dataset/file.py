@@ -55,12 +55,12 @@ def read_seal(path: Path) -> str | None:
 
 def _digest(path: Path, length: int) -> str:
     """Checksum of the first bytes of a file."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     with path.open("rb") as file:
         while length > 0 and (chunk := file.read(min(_CHUNK, length))):
-            found.update(chunk)
+            digest.update(chunk)
             length -= len(chunk)
-    return found.hexdigest()
+    return digest.hexdigest()
 
 
 def has_its_bytes(path: Path) -> bool:
@@ -81,8 +81,8 @@ def is_edited(path: Path) -> bool:
         # Where only the line is damaged there is more behind what HDF5 takes for the end.
         if is_no_file(path) or read_seal(path) is not None or _end_of_hdf5(path) != path.stat().st_size:
             return False
-        with netCDF4.Dataset(path) as found:
-            return FORMAT in found.ncattrs()
+        with netCDF4.Dataset(path) as dataset:
+            return FORMAT in dataset.ncattrs()
     except _REFUSALS:
         return False
 
@@ -159,10 +159,10 @@ class Groups(dict[str, xr.Dataset]):
 
 def carrying(root: xr.Dataset, groups: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Let a root carry its groups, which `read_groups` finds again; returns the root."""
-    held = Groups(groups)
-    root.encoding = {**root.encoding, _KEY: held}
+    carried = Groups(groups)
+    root.encoding = {**root.encoding, _KEY: carried}
     if _LABEL in root.variables:
-        root[_LABEL].encoding[_KEY] = held
+        root[_LABEL].encoding[_KEY] = carried
     return root
 
 
@@ -173,8 +173,8 @@ def read_groups(root: xr.Dataset) -> Groups:
         places.append(root[_LABEL].encoding)
     for encoding in places:
         if _KEY in encoding:
-            held: Groups = encoding[_KEY]
-            return held
+            carried: Groups = encoding[_KEY]
+            return carried
     for encoding in places:
         if Path(str(encoding.get("source", ""))).is_file():
             return Groups(open_groups(Path(encoding["source"]))[1])
@@ -187,37 +187,37 @@ def read_groups(root: xr.Dataset) -> Groups:
 def open_groups(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
     """Root and groups of a file; numbers are read when they are used, texts at once. Raises OSError, ValueError, KeyError."""
     groups = xr.open_groups(path, engine="netcdf4")
-    found = {name.strip("/"): group for name, group in groups.items()}
+    opened = {name.strip("/"): group for name, group in groups.items()}
     # Before texts are decoded, which makes datasets that know no file to close.
-    closing = [group._close for group in found.values() if group._close]
+    closing = [group._close for group in opened.values() if group._close]
     try:
-        table = texts.text_table(found.pop(TEXTS, None))
-        found = {name: _with_texts(group, table) for name, group in found.items()}
+        table = texts.text_table(opened.pop(TEXTS, None))
+        opened = {name: _with_texts(group, table) for name, group in opened.items()}
     except Exception:
         _close_all(closing)
         raise
-    root = found.pop("")
+    root = opened.pop("")
     root.set_close(partial(_close_all, closing))
-    return root, found
+    return root, opened
 
 
-def _with_texts(found: xr.Dataset, table: TextsByName) -> xr.Dataset:
+def _with_texts(group: xr.Dataset, table: TextsByName) -> xr.Dataset:
     """A root or group with its texts, in memory."""
-    for variable in found.variables.values():
+    for variable in group.variables.values():
         if are_texts(variable):
             variable.load()
     decoded = {}
-    for name, variable in found.variables.items():
+    for name, variable in group.variables.items():
         if are_stored(variable):
             decoded[name] = texts.decode_texts(variable, table)
-    again = found.assign(decoded)
-    again.encoding = found.encoding
+    again = group.assign(decoded)
+    again.encoding = group.encoding
     return again
 
 
 def with_texts(root: xr.Dataset) -> xr.Dataset:
     """The dataset, with its texts also where xarray itself has opened the file, which has numbers for them."""
-    if not any(are_stored(each) for each in root.variables.values()):
+    if not any(are_stored(variable) for variable in root.variables.values()):
         return root
     source = Path(str(root.encoding.get("source", "")))
     if not source.is_file():
@@ -246,10 +246,10 @@ def load_dataset(root: xr.Dataset) -> xr.Dataset:
 
 def flatten_variables(root: xr.Dataset) -> dict[str, xr.DataArray]:
     """Every variable by its path: `plateau_mean`, `record/event_slips`."""
-    found = {str(name): root[name] for name in root.variables}
+    variables = {str(name): root[name] for name in root.variables}
     for group, values in read_groups(root).items():
-        found |= {f"{group}/{name}": values[name] for name in values.variables}
-    return found
+        variables |= {f"{group}/{name}": values[name] for name in values.variables}
+    return variables
 
 
 SMALLEST_COMPRESSED: Final = 512
@@ -284,10 +284,10 @@ def write_tree(tree: xr.DataTree, path: Path) -> None:
 def _file_content(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
     """Place and content of root and groups as the file has them, without encoding; then the texts of the root by name."""
     root, table = tree.to_dataset(inherit=False).drop_encoding(), TextsByName()
-    held = {_LABEL, *root.data_vars}
+    root_names = {_LABEL, *root.data_vars}
     words = {name: variable for name, variable in root.variables.items() if are_texts(variable)}
     # Characters remain: texts without a dimension, and labels, along the one dimension that they label.
-    over = [name for name, variable in words.items() if variable.ndim > (name not in held)]
+    over = [name for name, variable in words.items() if variable.ndim > (name not in root_names)]
     codes = {name: texts.encode_texts(words[name], table) for name in over}
     yield ROOT, root.assign(codes)
     for node in tree.descendants:
@@ -298,14 +298,14 @@ def _file_content(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def _encoding(variable: xr.Variable, coordinate: bool) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    encoding: dict[str, Any] = {}
     if variable.size >= SMALLEST_COMPRESSED:
-        found.update(_COMPRESSED)
+        encoding.update(_COMPRESSED)
     # Characters: strings of variable length crash netCDF (nanoslip.study.dataset.texts).
     if are_texts(variable):
-        return found | {"dtype": "S1"}
+        return encoding | {"dtype": "S1"}
     # Coordinates have no missing values (CF 2.5.1).
-    return found | {"_FillValue": None} if coordinate and variable.dtype.kind == "f" else found
+    return encoding | {"_FillValue": None} if coordinate and variable.dtype.kind == "f" else encoding
 
 
 ROOM: Final = 1 << 20
@@ -402,9 +402,9 @@ def check_seal(path: Path) -> None:
 @contextmanager
 def reading(path: Path) -> Iterator[xr.Dataset]:
     """Open a dataset in a `with`; values found lost or damaged inside raise StoreError, too."""
-    with open_dataset(path) as found:
+    with open_dataset(path) as dataset:
         try:
-            yield found
+            yield dataset
         except _REFUSALS as error:
             if getattr(error, "errno", None) in (errno.EPIPE, errno.ENOSPC):
                 # An error of the medium, not of a value.
@@ -471,12 +471,14 @@ class Runs:
         if not keys or keys in self._names:
             return self._names.get(keys, "")
         for sample, series in self.group.samples.items():
-            pairs = [(each, result) for result in parts for each in series if each.kind == result.kind]
+            pairs = [
+                (kind_series, result) for result in parts for kind_series in series if kind_series.kind == result.kind
+            ]
             count = 0
-            for each, result in pairs:
-                runs = {name: _run(result, name, each) for name in each.columns}
+            for kind_series, result in pairs:
+                runs = {name: _run(result, name, kind_series) for name in kind_series.columns}
                 count += next(iter(runs.values())).size
-                for name, quantity in each.columns.items():
+                for name, quantity in kind_series.columns.items():
                     factor = factors[quantity.per] if quantity.per else None
                     values = runs[name] if factor is None else runs[name] * factor
                     self._columns[quantity.name].add(values)
@@ -500,25 +502,25 @@ class Runs:
 
     def dataset(self) -> xr.Dataset:
         """The columns over the samples; over the instances their names, owners and the count of samples."""
-        found: dict[str, Any] = {}
+        variables_by_name: dict[str, Any] = {}
         instances = self.group.name
         for sample, series in self.group.samples.items():
             count = series[0].count
             counts = np.array(self._counts[sample], np.int64)
             described = attributes(count) | {"sample_dimension": sample}
-            found[count.name] = (instances, counts, described)
+            variables_by_name[count.name] = (instances, counts, described)
         for name, quantity in self.group.columns.items():
             values = self._columns[name].values(quantity.dtype)
-            found[name] = (quantity.along, values, attributes(quantity))
+            variables_by_name[name] = (quantity.along, values, attributes(quantity))
         labels = texts.text_array(self._names.values())
-        found[instances] = (instances, labels, attributes(self.group.label))
+        variables_by_name[instances] = (instances, labels, attributes(self.group.label))
         for number, owner in enumerate(self.group.owners):
             owners = texts.text_array(names[number] for names in self._owners)
-            found[owner.name] = (instances, owners, attributes(owner))
+            variables_by_name[owner.name] = (instances, owners, attributes(owner))
         columns = self.group.columns.items()
         coordinates = [name for name, quantity in columns if quantity.coordinate]
         coordinates += [owner.name for owner in self.group.owners]
-        return xr.Dataset(found).set_coords(coordinates)
+        return xr.Dataset(variables_by_name).set_coords(coordinates)
 
 
 def _once(results: list[TaskResult]) -> list[TaskResult]:
@@ -538,7 +540,7 @@ def _arrays(result: TaskResult, series: Series) -> Mapping[str, Any]:
     outcomes = result.members or (result.outcome,) * count
     # Numbers of a part that an older version did not have.
     unknown = dict.fromkeys(series.columns, [np.nan] * count)
-    endings = [_PLACES[each.ending] for each in outcomes]
+    endings = [_PLACES[outcome.ending] for outcome in outcomes]
     return {**unknown, **result.scalars, MEMBER_OUTCOME.name: endings}
 
 

@@ -172,8 +172,8 @@ def join_datasets(
     roots = _with_equal_labels(_number_cases(roots))
     dims = _distinct_names(root.dims for root in roots)
     added = distinguishing_axes(dims, roots, sources)
-    held = _distinct_names(root.variables for root in roots)
-    names = [name for name in held if name not in (*added, *dims)]
+    shared_names = _distinct_names(root.variables for root in roots)
+    names = [name for name in shared_names if name not in (*added, *dims)]
     merged = _merge_datasets(names, added, dims, roots, sources)
     if not holes:
         _refuse_holes(merged["case_id"], sources)
@@ -240,21 +240,21 @@ def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str], scala
 def _refuse_scales(root: xr.Dataset, first: xr.Dataset, source: str, first_source: str) -> None:
     """Raise NotJoinableError if a dataset has other scales than the first one."""
     for scale in fields(Scales):
-        own = root.attrs.get(scale.name)
+        value = root.attrs.get(scale.name)
         needed = first.attrs.get(scale.name)
-        if own != needed:
+        if value != needed:
             raise NotJoinableError(
-                f"{source}: {scale.name} = {own}: needs that of {first_source}, {needed}: "
+                f"{source}: {scale.name} = {value}: needs that of {first_source}, {needed}: "
                 "the same [scales] in all campaigns, given or by default; or join the tables of nanoslip export"
             )
 
 
-def _refuse_names(own: Mapping[Any, Any], needed: Mapping[Any, Any], source: str, first_source: str) -> None:
+def _refuse_names(names: Mapping[Any, Any], needed: Mapping[Any, Any], source: str, first_source: str) -> None:
     """Raise NotJoinableError if a dataset has other variables, or groups, than the first one."""
-    unshared = sorted(map(str, own.keys() ^ needed.keys()))
+    unshared = sorted(map(str, names.keys() ^ needed.keys()))
     if not unshared:
         return
-    where = "there alone" if unshared[0] in own else f"only in {first_source}"
+    where = "there alone" if unshared[0] in names else f"only in {first_source}"
     raise NotJoinableError(
         f"{source}: {', '.join(unshared[:4])}: {where}: "
         "needs the same stages, outputs and [ensemble] in all, or scalars=True and join='outer'"
@@ -285,22 +285,22 @@ def _with_equal_labels(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
         equal = {}
         for name, coordinate in root.coords.items():
             if coordinate.dtype.kind == "f":
-                known = labels.get(str(name), coordinate.values)
-                own = _replace_within_rounding(coordinate.values, known)
+                earlier = labels.get(str(name), coordinate.values)
+                replaced = _replace_within_rounding(coordinate.values, earlier)
                 # A coordinate that stays as it is need not be aligned anew.
-                if not np.array_equal(own, coordinate.values, equal_nan=True):
-                    equal[name] = coordinate.copy(data=own)
-                labels[str(name)] = np.union1d(known, own)
+                if not np.array_equal(replaced, coordinate.values, equal_nan=True):
+                    equal[name] = coordinate.copy(data=replaced)
+                labels[str(name)] = np.union1d(earlier, replaced)
         relabelled.append(root.assign_coords(equal))
     return relabelled
 
 
-def _replace_within_rounding(own: NDArray[Any], known: NDArray[Any]) -> NDArray[Any]:
+def _replace_within_rounding(later: NDArray[Any], earlier: NDArray[Any]) -> NDArray[Any]:
     """A dataset's numbers, each with one known number within rounding replaced by it; different numbers stay different."""
-    near = nearest(known, own)
+    near = nearest(earlier, later)
     # Two of its own numbers may be near one known number: they keep their difference.
-    is_only_one = nearest(own, near) == own
-    return np.where(is_only_one, near, own)
+    is_only_one = nearest(later, near) == later
+    return np.where(is_only_one, near, later)
 
 
 def _joint_attributes(roots: Sequence[xr.Dataset]) -> dict[str, Any]:
@@ -338,14 +338,14 @@ def _join_groups(roots: Sequence[xr.Dataset]) -> dict[str, xr.Dataset]:
 
 def _join_group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:
     """A group's runs of all datasets in sequence; shared runs once."""
-    known: set[str] = set()
+    seen: set[str] = set()
     parts = []
     for root in roots:
         runs = read_groups(root)[group.name]
         names = runs[group.name].values.tolist()
         # A name is a hash of a run's inputs: two datasets with the same name have the same run.
-        new = [number for number, name in enumerate(names) if name not in known]
-        known.update(names)
+        new = [number for number, name in enumerate(names) if name not in seen]
+        seen.update(names)
         places: dict[str, Any] = {group.name: new}
         for sample, starts in windows(runs, group).items():
             samples = [np.arange(starts[run], starts[run + 1]) for run in new]
@@ -358,12 +358,12 @@ def _join_group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:
 def _join_software(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     """All software, each once, with how many results stem from it."""
     name, count = (quantity.name for quantity in SOFTWARE[:2])
-    whole = _concatenate(parts)
-    names, first, number = np.unique(whole[name].values.astype(str), return_index=True, return_inverse=True)
+    joined = _concatenate(parts)
+    names, first, number = np.unique(joined[name].values.astype(str), return_index=True, return_inverse=True)
     # Counts of one software are added up over the datasets.
-    sums = np.bincount(number, whole[count].values, len(names))
+    sums = np.bincount(number, joined[count].values, len(names))
     results = sums.astype(np.int64)
-    distinct = whole.isel({name: first})
+    distinct = joined.isel({name: first})
     distinct[count] = distinct[count].copy(data=results)
     return distinct
 

@@ -78,9 +78,9 @@ class CaseRows:
 
     def values(self, of: str | xr.Variable) -> NDArray[Any]:
         """(rows,) A variable or coordinate of the dataset, by name, or another one along some dimensions of the rows."""
-        each = self.root[of].variable if isinstance(of, str) else of
+        variable = self.root[of].variable if isinstance(of, str) else of
         # Laid out in the order of the rows' dimensions, through which their numbers count.
-        laid = each.set_dims(self.sizes)  # type: ignore[no-untyped-call]
+        laid = variable.set_dims(self.sizes)  # type: ignore[no-untyped-call]
         return np.asarray(laid.values.ravel()[self.numbers])
 
     def tallies(self, name: str) -> list[dict[str, int]]:
@@ -133,18 +133,18 @@ def select_rows(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:
         chosen = chosen & match_mask(root, along.coords, key, wanted)
     # Each mask may have brought its dimensions in another order than the variable has them.
     mask = chosen.transpose(*along.dims).values.ravel()
-    found = case_rows(root, name).at(mask)
-    if not len(found):
+    rows = case_rows(root, name).at(mask)
+    if not len(rows):
         raise KeyError(f"{selection_text(selection)}: no case is all of that")
-    return found
+    return rows
 
 
 def match_mask(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: str, wanted: Any) -> xr.Variable:
     """Mask of a coordinate's wanted values, perhaps texts with units. Raises KeyError if there are none."""
     if key not in coordinates:
         near = difflib.get_close_matches(key, map(str, coordinates), 1)
-        known = f"did you mean {near[0]}?" if near else f"there are {', '.join(map(str, coordinates))}"
-        raise KeyError(f"{key}: no coordinate of these cases; {known}")
+        hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(map(str, coordinates))}"
+        raise KeyError(f"{key}: no coordinate of these cases; {hint}")
     coordinate = coordinates[key].variable
     values = np.atleast_1d(np.asarray(wanted))
     # Texts for a coordinate of numbers: these may have units.
@@ -155,9 +155,9 @@ def match_mask(root: xr.Dataset, coordinates: Mapping[Any, xr.DataArray], key: s
     is_wanted = np.isin(coordinate.values, nearest(coordinate.values, values))
     hits = coordinate.to_base_variable().copy(data=is_wanted)
     if not hits.any():
-        given = ",".join(map(str, np.ravel(wanted)))
-        there = some(_values_with_sizes(root, key, coordinate))
-        raise KeyError(f"{key} = {given}: no such case; there are {there}")
+        asked = ",".join(map(str, np.ravel(wanted)))
+        present = some(_values_with_sizes(root, key, coordinate))
+        raise KeyError(f"{key} = {asked}: no such case; there are {present}")
     return hits
 
 
@@ -175,37 +175,37 @@ def _values_with_sizes(root: xr.Dataset, key: str, coordinate: xr.Variable) -> l
 
 def with_coordinates(root: xr.Dataset, selection: Selection) -> xr.Dataset:
     """The cases with these coordinates: a single value drops its dimension, a list keeps it. Raises KeyError, ValueError."""
-    found = root
+    selected = root
     for key, wanted in selection.items():
-        hits = match_mask(found, found.coords, key, wanted)
+        hits = match_mask(selected, selected.coords, key, wanted)
         if hits.ndim > 1:
             raise ValueError(f"{key}: varies along {', '.join(map(str, hits.dims))}; select one of these first")
         for dim in hits.dims:
             places = np.flatnonzero(hits.values)
             single = np.ndim(wanted) == 0 and len(places) == 1
             place: Any = int(places[0]) if single else places
-            found = found.isel({dim: place})
-    return found
+            selected = selected.isel({dim: place})
+    return selected
 
 
 NEAR: Final = 1e-9
 """Relative difference by which a number may differ from a coordinate, as 0.3 from 0.1 + 0.2."""
 
 
-def nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
+def nearest(coordinate: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
     """Wanted values; a number becomes the coordinate's value that is nearly equal to it, if there is exactly one such
     value."""
-    if there.dtype.kind not in "iuf" or wanted.dtype.kind not in "iuf" or not there.size:
+    if coordinate.dtype.kind not in "iuf" or wanted.dtype.kind not in "iuf" or not coordinate.size:
         return wanted
-    known = np.unique(there)
+    distinct = np.unique(coordinate)
     # Both ends by a product: `wanted ± NEAR·wanted` would be NaN for an infinite one.
     bounds = [wanted * (1.0 - NEAR), wanted * (1.0 + NEAR)]
     # Sorted, as the product with the larger factor is the lower end of a negative number.
     least, most = np.sort(bounds, axis=0)
-    first = np.searchsorted(known, least)
-    end = np.searchsorted(known, most, side="right")
+    first = np.searchsorted(distinct, least)
+    end = np.searchsorted(distinct, most, side="right")
     # Two that are near are two cases: which one is meant nobody can tell.
-    candidate = known[first.clip(max=len(known) - 1)]
+    candidate = distinct[first.clip(max=len(distinct) - 1)]
     return np.where(end - first == 1, candidate, wanted)
 
 
@@ -222,22 +222,22 @@ def selection_text(selection: Selection) -> str:
     return ", ".join(f"{name} = {value}" for name, value in selection.items()) or "no selection"
 
 
-def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
+def one_case(root: xr.Dataset, texts: Mapping[str, str]) -> xr.Dataset:
     """Select a case of a dataset, without dimensions of length 1; it may have several drives.
 
-    given: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit.
+    texts: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit.
     Raises KeyError if no case matches, ValueError with the remaining choices if several do.
     """
     words = names_by_word()
-    wanted = {words.get(word, word): text for word, text in given.items()}
+    wanted = {words.get(word, word): text for word, text in texts.items()}
     rows = select_rows(root, ending_name(root), wanted)
     columns = rows.positions.items()
-    left = {dim: sorted(set(column)) for dim, column in columns}
+    remaining = {dim: sorted(set(column)) for dim, column in columns}
     positions: dict[str, Any] = {}
-    for dim, places in left.items():
+    for dim, places in remaining.items():
         positions[dim] = places if len(places) > 1 else places[0]
     part = root.isel(positions)
-    if several := [str(dim) for dim in root["case_id"].dims if len(left[str(dim)]) > 1]:
+    if several := [str(dim) for dim in root["case_id"].dims if len(remaining[str(dim)]) > 1]:
         raise ValueError(f"needs to be one case: give also {'; '.join(_choices(part, several))}")
     return part
 
@@ -276,7 +276,7 @@ def _typed_values(part: xr.Dataset, name: str) -> list[Any]:
 
 def author_coordinates(root: xr.Dataset) -> list[str]:
     """Coordinates along a list of cases that its author lists, in a table or as axes; all parameters if none is listed."""
-    along = [str(name) for name, each in root.coords.items() if each.dims == (CASE,)]
+    along = [str(name) for name, coordinate in root.coords.items() if coordinate.dims == (CASE,)]
     table = str(root.attrs.get("manifest_table", ""))
     if table:
         header = table.splitlines()[0]

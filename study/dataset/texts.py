@@ -37,9 +37,9 @@ TextsByName = dict[int, str]
 
 def text_array(values: Iterable[str]) -> NDArray[Any]:
     """Strings as an array that netCDF keeps at their length."""
-    found = list(values)
+    texts = list(values)
     # xarray takes no objects for numbers.
-    return np.array(found, dtype=object if found else str)
+    return np.array(texts, dtype=object if texts else str)
 
 
 def are_texts(variable: xr.Variable) -> bool:
@@ -92,21 +92,21 @@ def decode_texts(variable: xr.Variable, table: Mapping[int, str]) -> xr.Variable
         listed = str(variable.attrs.get(_WORD, "")).split()
         words = dict(enumerate(listed))
         words |= {NONE: ""} if words else {}
-        found = [words.get(code) for code in different.tolist()]
+        decoded = [words.get(code) for code in different.tolist()]
     elif variable.attrs[_STORED] != _NAME:
         raise ValueError(f"{_STORED}: needs {_WORD} or {_NAME}")
     else:
         table = {NONE: "", **table}
         # A name that the table lacks is a content hash, which is its own text.
-        found = [table.get(name, f"{name:012x}") for name in different.tolist()]
-    if None in found:
+        decoded = [table.get(name, f"{name:012x}") for name in different.tolist()]
+    if None in decoded:
         raise ValueError(f"numbers without a meaning in {_WORD}")
-    attributes = {name: each for name, each in variable.attrs.items() if name != _STORED}
+    attributes = {name: value for name, value in variable.attrs.items() if name != _STORED}
     encoding: dict[str, Any] = {"dtype": "S1"}
     # The groups of a file that xarray itself has opened are found by its source.
     if "source" in variable.encoding:
         encoding["source"] = variable.encoding["source"]
-    different_texts = np.array([*found, ""], object)[:-1]
+    different_texts = np.array([*decoded, ""], object)[:-1]
     texts = different_texts[places.reshape(numbers.shape)]
     return xr.Variable(variable.dims, texts, attributes, encoding)
 

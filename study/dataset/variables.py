@@ -41,8 +41,8 @@ from nanoslip.study.tasks.task import PENDING
 def scalars(kind: str) -> list[tuple[str, Quantity]]:
     """Scalars of a kind's results with their variables over the cases (and drives); then variables in SI or over
     μ_i."""
-    own = result_quantities(KINDS[kind]).items()
-    return [*own, *((key, each.si) for key, each in own if each.si)]
+    quantities = result_quantities(KINDS[kind]).items()
+    return [*quantities, *((key, quantity.si) for key, quantity in quantities if quantity.si)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class Group:
     @property
     def kinds(self) -> tuple[str, ...]:
         """The kinds of task whose results it holds, in the order of their stages."""
-        return tuple(dict.fromkeys(each.kind for each in self.series))
+        return tuple(dict.fromkeys(series.kind for series in self.series))
 
     @property
     def driven(self) -> bool:
@@ -109,7 +109,7 @@ class Group:
     @property
     def of_first_member(self) -> bool:
         """True if an ensemble stores runs of its first member only."""
-        return not any(each.sample == MEMBER or each.kind == "statistics" for each in self.series)
+        return not any(series.sample == MEMBER or series.kind == "statistics" for series in self.series)
 
     @property
     def owners(self) -> tuple[Quantity, ...]:
@@ -126,14 +126,14 @@ DRIVE_NAME: Final = Quantity("drive", "name of the drive", "")
 
 def all_groups() -> dict[str, Group]:
     """Every group of runs that a dataset can have, by name."""
-    found: dict[str, list[Series]] = {name: [] for name in _ORDER}
+    series_by_group: dict[str, list[Series]] = {name: [] for name in _ORDER}
     for kind in KINDS.values():
-        for each in kind.ragged:
-            count = Quantity(each.count, f"values of each {each.instance}")
-            columns = result_quantities(kind, each.sample)
-            series = Series(kind.name, each.sample, count, each.wanted, columns)
-            found[each.instance].append(series)
-    return {name: Group(name, tuple(series)) for name, series in found.items()}
+        for ragged in kind.ragged:
+            count = Quantity(ragged.count, f"values of each {ragged.instance}")
+            columns = result_quantities(kind, ragged.sample)
+            series = Series(kind.name, ragged.sample, count, ragged.wanted, columns)
+            series_by_group[ragged.instance].append(series)
+    return {name: Group(name, tuple(series)) for name, series in series_by_group.items()}
 
 
 # A dataset shows the numbers of all members before the runs of the first one.
@@ -307,12 +307,12 @@ class Described:
 
 def rows() -> list[Described]:
     """All variables, group by group, each name once in the root and once in each group."""
-    found: dict[tuple[str, str], Described] = {}
+    described_by_place: dict[tuple[str, str], Described] = {}
     # All groups within the root are one group of names.
-    for each in _all():
-        group = each.group if each.group.startswith(_GROUP) else ""
-        found.setdefault((group, each.name), each)
-    return list(found.values())
+    for described in _all():
+        group = described.group if described.group.startswith(_GROUP) else ""
+        described_by_place.setdefault((group, described.name), described)
+    return list(described_by_place.values())
 
 
 def describe(name: str) -> Described:
@@ -325,9 +325,9 @@ def describe(name: str) -> Described:
         return variables_by_name()[name]
     if size := describe_size(name):
         return size
-    names = list(dict.fromkeys(each.name for each in rows()))
-    if found := find_variables(names, name):
-        return variables_by_name()[found[0]]
+    names = list(dict.fromkeys(described.name for described in rows()))
+    if matches := find_variables(names, name):
+        return variables_by_name()[matches[0]]
     # In reverse, as `variables_by_name` is: of two variables with one spelling the first has it.
     spelt = spellings(_symbols(names[::-1]))
     words = {word: name for name, spelling in spelt.items() for word in spelling}
@@ -355,13 +355,13 @@ def _symbols(names: Sequence[str]) -> dict[str, str]:
 
 def describe_size(name: str) -> Described | None:
     """Describe the size in SI of a variable, by its name with `_si`; None if there is no such variable."""
-    found = variables_by_name().get(name.removesuffix(SI))
-    if found is None or not name.endswith(SI) or found.measure not in MEASURES:
+    described = variables_by_name().get(name.removesuffix(SI))
+    if described is None or not name.endswith(SI) or described.measure not in MEASURES:
         return None
-    unit = MEASURES[found.measure]
-    symbol, _, _ = found.symbol.partition("/")
-    comment = f"{found.name} times its scale, of campaigns that give scales"
-    return replace(found, name=name, units=unit, measure="", symbol=symbol, comment=comment)
+    unit = MEASURES[described.measure]
+    symbol, _, _ = described.symbol.partition("/")
+    comment = f"{described.name} times its scale, of campaigns that give scales"
+    return replace(described, name=name, units=unit, measure="", symbol=symbol, comment=comment)
 
 
 @cache
@@ -369,7 +369,7 @@ def variables_by_name() -> dict[str, Described]:
     """Every variable by name, including the variables beside means; of variables in several groups the first."""
     every = list(_all(beside=True))
     # In reverse: of several variables with a name the first is entered last, and stays.
-    return {each.name: each for each in reversed(every)}
+    return {described.name: described for described in reversed(every)}
 
 
 # One's own numbers, which a campaign declares: a dataset's attributes say what they are.
@@ -377,7 +377,7 @@ def variables_by_name() -> dict[str, Described]:
 
 def own_numbers(dataset: xr.Dataset) -> list[str]:
     """One's own numbers in a dataset."""
-    return [str(name) for name, each in dataset.data_vars.items() if "source" in each.attrs]
+    return [str(name) for name, variable in dataset.data_vars.items() if "source" in variable.attrs]
 
 
 def describe_own_number(dataset: xr.Dataset, name: str) -> Described:
@@ -393,11 +393,11 @@ def describe_own_number(dataset: xr.Dataset, name: str) -> Described:
 
 def own_variables(dataset: xr.Dataset) -> list[str]:
     """One's own numbers in a dataset, with their ±, counts of members, and messages."""
-    found = [each.name for each in OWN_MESSAGES.values()]
+    names = [quantity.name for quantity in OWN_MESSAGES.values()]
     for name in own_numbers(dataset):
         number = Quantity(name, name, ensemble=True)
-        found += [name, *(each.name for each in number.beside)]
-    return [name for name in found if name in dataset]
+        names += [name, *(quantity.name for quantity in number.beside)]
+    return [name for name in names if name in dataset]
 
 
 def own_messages(dataset: xr.Dataset) -> list[str]:
@@ -412,24 +412,24 @@ def own_messages(dataset: xr.Dataset) -> list[str]:
 def refuse_taken_names(manifest: Manifest) -> None:
     """Raise ManifestError if one's own number has the name of another variable or dimension of a dataset."""
     samples = [sample for group in all_groups().values() for sample in group.samples]
-    taken = {*variables_by_name(), *all_groups(), *samples, "case"}
-    taken |= {each.name for number in manifest.observables for each in own_quantity(number).beside}
+    reserved = {*variables_by_name(), *all_groups(), *samples, "case"}
+    reserved |= {quantity.name for number in manifest.observables for quantity in own_quantity(number).beside}
     problems = []
     for number in manifest.observables:
-        if number.name in taken:
+        if number.name in reserved:
             need = f"another name: {number.name} is another variable of datasets (nanoslip describe {number.name})"
             place = Place(str(manifest.path), "outputs")
             problems.append(Problem(place, KEY, number.reference, need))
         # Two of one's own numbers may not share a name either.
-        taken.add(number.name)
+        reserved.add(number.name)
     if problems:
         raise ManifestError(problems)
 
 
 def explain_word(name: str) -> str:
     """Meaning of a flag, of an ending or of a regime, with advice, as a line; empty of another name."""
-    meanings: dict[str, str] = {each.name: f"{each.meaning}; {each.advice}" for each in FLAGS}
-    meanings |= {each.value: each.meaning for each in Ending}
+    meanings: dict[str, str] = {item.name: f"{item.meaning}; {item.advice}" for item in FLAGS}
+    meanings |= {item.value: item.meaning for item in Ending}
     meanings.update(REGIMES)
     return f"{name}: {meanings[name]}" if name in meanings else ""
 
@@ -447,9 +447,9 @@ def variable_text(variable: Described) -> str:
         "part of": variable.group,
     }
     if variable.name == "validity_flags":
-        facts |= {each.name: f"{each.meaning}; {each.advice}" for each in FLAGS}
-    if variable.name in [each.ending.name for each in OUTCOMES.values()]:
-        facts |= {each.value: each.meaning for each in Ending}
+        facts |= {item.name: f"{item.meaning}; {item.advice}" for item in FLAGS}
+    if variable.name in [item.ending.name for item in OUTCOMES.values()]:
+        facts |= {item.value: item.meaning for item in Ending}
     lines = [f"  {fact}: {text}" for fact, text in facts.items() if text]
     return "\n".join([variable.name, *lines])
 
@@ -495,11 +495,11 @@ _GROUP = "group "
 
 
 def _describe_all(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Described]:
-    for each in quantities:
-        values = tuple(filter(None, each.flags)) or each.codes or each.words
-        units = "" if each.words else each.units
-        facts = (each.measure, each.meaning, each.symbol, each.uncertainty, each.comment, values)
-        yield Described(each.name, group, dims, units, *facts)
+    for quantity in quantities:
+        values = tuple(filter(None, quantity.flags)) or quantity.codes or quantity.words
+        units = "" if quantity.words else quantity.units
+        facts = (quantity.measure, quantity.meaning, quantity.symbol, quantity.uncertainty, quantity.comment, values)
+        yield Described(quantity.name, group, dims, units, *facts)
 
 
 # Means over members, and how many they are over: not all members of an ensemble have each number.
@@ -517,20 +517,20 @@ class Known(NamedTuple):
     members: NDArray[np.int64]
 
 
-def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantity: Quantity) -> Known:
-    """Mean of a scalar with its ±, as datasets have it. found: scalars of results of the same kind, (results,
+def mean_in_dataset(stored: Mapping[str, NDArray[np.float64]], name: str, quantity: Quantity) -> Known:
+    """Mean of a scalar with its ±, as datasets have it. stored: scalars of results of the same kind, (results,
     members) each."""
-    values = found[name]
+    values = stored[name]
     # One number of all members, which each of them repeats.
-    shared = found.get(f"{name}{SHARED_ERROR}", np.zeros_like(values))[:, 0]
+    shared = stored.get(f"{name}{SHARED_ERROR}", np.zeros_like(values))[:, 0]
     mean, uncertainty, members = mean_of(values, shared)
     # A number of all members together: the result holds its ±.
-    if quantity.uncertainty in found:
-        uncertainty = found[quantity.uncertainty][:, 0]
-        members = found[quantity.members][:, 0].astype(int)
+    if quantity.uncertainty in stored:
+        uncertainty = stored[quantity.uncertainty][:, 0]
+        members = stored[quantity.members][:, 0].astype(int)
     # A mean over members of different sorts would belong to none of them.
     if quantity.alike:
-        starts = found[quantity.alike]
+        starts = stored[quantity.alike]
         are_alike = (starts == starts[:, :1]).all(axis=1)
         counts = are_alike & (members == values.shape[1])
         mean, uncertainty = np.where(counts, (mean, uncertainty), np.nan)
@@ -541,10 +541,10 @@ def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantit
     return Known(mean, uncertainty, shared, members)
 
 
-def alike_starts(found: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
-    """True for records of which all members have the same events: one start, of which no mean has a ±. found: as above."""
-    names = [name for name, _ in scalars("record") if name in found]
-    stated = np.array([found[name] for name in names])
+def alike_starts(stored: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+    """True for records of which all members have the same events: one start, of which no mean has a ±. stored: as above."""
+    names = [name for name, _ in scalars("record") if name in stored]
+    stated = np.array([stored[name] for name in names])
     # Counts alone: positions on the grid may have followed the pin.
     counts = np.where(stated == np.floor(stated), stated, np.nan)
     # `fmax` and `fmin` pass over NaN, which stands here for numbers that are no counts.
@@ -560,26 +560,26 @@ def member_count_text(dataset: xr.Dataset, name: str) -> tuple[xr.Variable, ...]
     names = (f"{name}_members", computed.name)
     if not set(names) <= dataset.variables.keys():
         return ()
-    return tuple(dataset.variables[each] for each in names)
+    return tuple(dataset.variables[count] for count in names)
 
 
 @cache
 def drive_variables() -> set[str]:
     """The variables of the results of drives, without the variables beside means."""
-    return {each.name for _, each in scalars(DRIVE)}
+    return {quantity.name for _, quantity in scalars(DRIVE)}
 
 
 @cache
 def counts() -> set[str]:
     """The variables that count something."""
     declared = map(result_quantities, KINDS.values())
-    every = chain.from_iterable(each.values() for each in declared)
+    every = chain.from_iterable(by_name.values() for by_name in declared)
     return {quantity.name for quantity in every if quantity.counted}
 
 
 def fewer(case: xr.Dataset, name: str) -> str:
     """Remark after a case's number that fewer members have than were computed: ` (5 of 8 starts)`."""
-    counts = [each.values.item() for each in member_count_text(case, name)]
+    counts = [count.values.item() for count in member_count_text(case, name)]
     return f" ({counts[0]:.0f} of {counts[1]:.0f} starts)" if counts and 0 < counts[0] < counts[1] else ""
 
 
@@ -604,10 +604,10 @@ def member_counts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 
 def count_range(counts: xr.DataArray) -> str:
     """The least and the most of some counts of members: `3 to 12`, or `8`."""
-    known = counts.values[counts.notnull().values]
-    if not known.size:
+    counted = counts.values[counts.notnull().values]
+    if not counted.size:
         return "0"
-    ends = (known.min(), known.max())
+    ends = (counted.min(), counted.max())
     return " to ".join(dict.fromkeys(str(int(end)) for end in ends))
 
 
@@ -635,12 +635,12 @@ _UNKNOWN_SHARE: Final = {
 
 def missing_error_reasons(dataset: xr.Dataset, names: Iterable[str]) -> str:
     """Reasons why numbers among these variables have no ±, as `± ?: a single start`; empty if all have one."""
-    whole, found = dataset.variables, dict[str, None]()
+    variables, named_reasons = dataset.variables, dict[str, None]()
     for name in names:
-        error = whole.get(f"{name}_uncertainty")
+        error = variables.get(f"{name}_uncertainty")
         if error is None:
             continue
-        value = whole[name]
+        value = variables[name]
         is_certain = error > ROUNDING * abs(value)
         lacking = value.notnull() & ~is_certain
         if not bool(lacking.any()):
@@ -648,7 +648,7 @@ def missing_error_reasons(dataset: xr.Dataset, names: Iterable[str]) -> str:
         having, used = member_count_text(dataset, name) or (1, 1)
         # What other reasons leave: several starts, each with a value.
         several = lacking & (used != 1) & ~(having < used)
-        shared = whole.get(f"{name}{SHARED_ERROR}")
+        shared = variables.get(f"{name}{SHARED_ERROR}")
         unknown = several & (False if shared is None else shared.isnull())
         unknown_share = _UNKNOWN_SHARE.get(sharing().get(name, ""), "records too short for it")
         reasons = {
@@ -659,8 +659,8 @@ def missing_error_reasons(dataset: xr.Dataset, names: Iterable[str]) -> str:
         }
         for reason, has_reason in reasons.items():
             if bool(has_reason.any()):
-                found[reason] = None
-    return f"± ?: {', '.join(found)}" if found else ""
+                named_reasons[reason] = None
+    return f"± ?: {', '.join(named_reasons)}" if named_reasons else ""
 
 
 def explain_means(dataset: xr.Dataset, shown: Iterable[Hashable]) -> str:

@@ -51,53 +51,53 @@ class NotVerifiableError(StoreError):
     """The file cannot be computed again; the message has the reason."""
 
 
-def rebuilt(found: xr.Dataset, path: Path) -> Plan:
+def rebuilt(dataset: xr.Dataset, path: Path) -> Plan:
     """The plan that a dataset carries with it. Raises NotVerifiableError, ManifestError."""
-    facts = found.attrs
-    if "manifest" not in facts or not {"case_id", variables.OUTCOMES[""].ending.name} <= set(found.variables):
+    facts = dataset.attrs
+    if "manifest" not in facts or not {"case_id", variables.OUTCOMES[""].ending.name} <= set(dataset.variables):
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
     # The texts of files are in the dataset: it can be verified where those are not.
-    known = [key for key in FILE_KEYS if f"manifest_{key}" in facts]
-    beside = {key: str(facts[f"manifest_{key}"]) for key in known}
+    file_keys = [key for key in FILE_KEYS if f"manifest_{key}" in facts]
+    beside = {key: str(facts[f"manifest_{key}"]) for key in file_keys}
     if manifest_hash(str(facts["manifest"]), beside) != facts.get("manifest_sha256"):
         changed = "manifest: not what manifest_sha256 is of, or a file that it names is not"
         raise NotVerifiableError(f"{path}: {changed}: changed after it was written")
     # Nobody's functions are executed because a dataset was read.
     stated = parse_manifest(path, str(facts["manifest"]), beside)
     manifest = replace(stated, observables=())
-    if variables.SOFTWARE[0].name not in read_groups(found) or found["case_id"].size != manifest.case_count:
-        size = f"{found['case_id'].size} of {manifest.case_count} cases"
-        groups = ", ".join(read_groups(found)) or "none"
+    if variables.SOFTWARE[0].name not in read_groups(dataset) or dataset["case_id"].size != manifest.case_count:
+        size = f"{dataset['case_id'].size} of {manifest.case_count} cases"
+        groups = ", ".join(read_groups(dataset)) or "none"
         raise NotVerifiableError(f"{path}: {size}, groups {groups}: not as nanoslip wrote it")
     ending = variables.OUTCOMES["drive"].ending.name
-    if manifest.drives and ending not in found:
+    if manifest.drives and ending not in dataset:
         raise NotVerifiableError(f"{path}: {ending}: missing: needs how its drives ended")
     return make_plan(manifest)
 
 
-def other_software(found: xr.Dataset) -> str:
+def other_software(dataset: xr.Dataset) -> str:
     """Software that computed the dataset, and that recomputes it, if their bits may differ; else empty."""
-    (origin,), home = from_data([found.attrs]), computing_origin()
+    (origin,), home = from_data([dataset.attrs]), computing_origin()
     if not origin.alike(home):
         return f"computed by {origin}; recomputed by {home}"
     said = f"computed with {origin.arithmetic}; recomputed with {home.arithmetic}: last bits may differ"
     return "" if origin.same_bits(home) else said
 
 
-def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
+def computed(plan: Plan, dataset: xr.Dataset) -> tuple[CampaignCase, ...]:
     """The cases that the dataset has a result of."""
-    ids = found["case_id"].values.ravel()
-    words = _endings(found, "").values.ravel()
+    ids = dataset["case_id"].values.ravel()
+    words = _endings(dataset, "").values.ravel()
     endings = dict(zip(ids, words, strict=True))
     return tuple(case for case in plan.cases if endings.get(case.case_id) != PENDING)
 
 
-def failed(plan: Plan, found: xr.Dataset) -> int:
+def failed(plan: Plan, dataset: xr.Dataset) -> int:
     """Number of cases whose computation failed: out of time, out of memory, crashed."""
-    endings = found[variables.OUTCOMES[""].ending.name]
-    without = (_endings(found, "") == PENDING) & (endings != PENDING)
+    endings = dataset[variables.OUTCOMES[""].ending.name]
+    without = (_endings(dataset, "") == PENDING) & (endings != PENDING)
     cases = [case.case_id for case in plan.cases]
-    of_plan = found["case_id"].isin(cases)
+    of_plan = dataset["case_id"].isin(cases)
     return int((without & of_plan).sum())
 
 
@@ -106,7 +106,7 @@ def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCa
     return tuple(cases if count is None else evenly(cases, count))
 
 
-def tasks_in_dataset(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tuple[Task, ...]:
+def tasks_in_dataset(plan: Plan, cases: Sequence[CampaignCase], dataset: xr.Dataset) -> tuple[Task, ...]:
     """Tasks of these cases in the dataset and their inputs, inputs first."""
     wanted: set[str] = set()
     layout = case_layout(plan.manifest)
@@ -114,40 +114,40 @@ def tasks_in_dataset(plan: Plan, cases: Sequence[CampaignCase], found: xr.Datase
         keys = plan.case_tasks[case.case_id]
         # Drives that were not finished have nothing to be compared with, and may take long.
         has_drives = any(drive for _, drive in keys)
-        pending = _pending_drives(layout, found, case) if has_drives else set()
+        pending = _pending_drives(layout, dataset, case) if has_drives else set()
         wanted |= {key for (_, drive), key in keys.items() if drive not in pending}
     wanted = plan.with_needs(wanted)
     return tuple(task for task in plan.tasks if task.key in wanted)
 
 
-def _pending_drives(layout: Layout, found: xr.Dataset, case: CampaignCase) -> set[str]:
+def _pending_drives(layout: Layout, dataset: xr.Dataset, case: CampaignCase) -> set[str]:
     """Labels of the drives of a case that the dataset has no result of, as they are pending or failed."""
-    place = case_position(found, case.case_id)
-    endings = _endings(found, "drive").isel(place).values
+    place = case_position(dataset, case.case_id)
+    endings = _endings(dataset, "drive").isel(place).values
     if not place or endings.shape != tuple(map(len, layout.drive_axes.values())):
         # Another manifest's dataset: its comparison will show that.
         return set()
     return {label for label, position in layout.drive_position.items() if endings[position] == PENDING}
 
 
-def _endings(found: xr.Dataset, kind: str) -> xr.DataArray:
+def _endings(dataset: xr.Dataset, kind: str) -> xr.DataArray:
     """Outcomes of cases ("") or drives; `pending` also for outcomes of the machine, not of the physics.
 
     These are time limits, memory and crashes, and tasks that needed such a task: another attempt may end differently.
     """
-    endings = found[variables.OUTCOMES[kind].ending.name]
+    endings = dataset[variables.OUTCOMES[kind].ending.name]
     return endings.where(~endings.isin(NOTHING_KNOWN), PENDING)
 
 
-def _as_pending(found: xr.Dataset) -> xr.Dataset:
+def _as_pending(dataset: xr.Dataset) -> xr.Dataset:
     """The dataset with these outcomes; `pending` has no message."""
     changed = {}
     for kind, ended in variables.OUTCOMES.items():
-        if ended.ending.name in found:
-            changed[ended.ending.name] = endings = _endings(found, kind)
-            for each in (ended.message, ended.cause):
-                changed[each.name] = found[each.name].where(endings != PENDING, "")
-    return found.assign(changed)
+        if ended.ending.name in dataset:
+            changed[ended.ending.name] = endings = _endings(dataset, kind)
+            for variable in (ended.message, ended.cause):
+                changed[variable.name] = dataset[variable.name].where(endings != PENDING, "")
+    return dataset.assign(changed)
 
 
 # A dataset and the same one computed again, side by side.
@@ -175,15 +175,17 @@ class Finding:
 
 def worst_difference(label: str, differences: Sequence[Difference]) -> Finding:
     """The worst difference in a line, and the names of variables that are not judged."""
-    judged = [each for each in differences if each.verdict is not Verdict.NOT_JUDGED]
-    unjudged = [each for each in differences if each.verdict is Verdict.NOT_JUDGED]
+    judged = [
+        difference_found for difference_found in differences if difference_found.verdict is not Verdict.NOT_JUDGED
+    ]
+    unjudged = [difference_found for difference_found in differences if difference_found.verdict is Verdict.NOT_JUDGED]
     verdict, beside = worst(judged), _list_names(unjudged)
-    decisive = [each for each in judged if each.verdict == verdict]
+    decisive = [difference_found for difference_found in judged if difference_found.verdict == verdict]
     decisive.sort(key=lambda difference: -difference.size)
     if verdict is Verdict.IDENTICAL and not beside:
         return Finding(label, verdict, "")
-    others = [each for each in decisive if each.name != decisive[0].name]
-    count = len({each.name for each in others})
+    others = [difference_found for difference_found in decisive if difference_found.name != decisive[0].name]
+    count = len({difference_found.name for difference_found in others})
     more = f", and {count} more: {_list_names(others)}" if others else ""
     said = f"{decisive[0]}{more}" if verdict > Verdict.IDENTICAL else ""
     remark = "; ".join(filter(None, (said, beside and f"not judged: {beside}")))
@@ -192,7 +194,7 @@ def worst_difference(label: str, differences: Sequence[Difference]) -> Finding:
 
 def _list_names(differences: Sequence[Difference]) -> str:
     """The first few names of some differences, each once."""
-    names = list(dict.fromkeys(each.name for each in differences))
+    names = list(dict.fromkeys(difference.name for difference in differences))
     shown = ", ".join(names[:3])
     return f"{shown}, ..." if len(names) > 3 else shown
 
@@ -200,12 +202,12 @@ def _list_names(differences: Sequence[Difference]) -> str:
 class Recomputed:
     """A dataset and its recomputation, side by side."""
 
-    def __init__(self, found: xr.Dataset, again: xr.Dataset) -> None:
-        self._found, self._again = found, again
-        (origin,), home = from_data([found.attrs]), computing_origin()
+    def __init__(self, dataset: xr.Dataset, again: xr.Dataset) -> None:
+        self._found, self._again = dataset, again
+        (origin,), home = from_data([dataset.attrs]), computing_origin()
         self._same_software = origin.alike(home)
         self._same_bits = origin.same_bits(home)
-        kept, now = read_groups(found), read_groups(again)
+        kept, now = read_groups(dataset), read_groups(again)
         self._groups: list[Runs] = []
         for name, group in variables.all_groups().items():
             if name in kept and name in now:
@@ -213,9 +215,9 @@ class Recomputed:
                 self._groups.append(Runs(group, both))
         self._along = set(again["case_id"].dims)
         apart = variables.run_names() | _SOFTWARE
-        common = {str(name): each for name, each in again.data_vars.items() if name in found}
-        own = [name for name, each in common.items() if self._along <= set(each.dims)]
-        self._names = [name for name in own if name not in apart]
+        common = {str(name): variable for name, variable in again.data_vars.items() if name in dataset}
+        shared_names = [name for name, variable in common.items() if self._along <= set(variable.dims)]
+        self._names = [name for name in shared_names if name not in apart]
         self._sizes: dict[str, float] = {}
         for name in self._names:
             column = again[name].values
@@ -234,21 +236,21 @@ class Recomputed:
     def shared(self) -> list[Difference]:
         """Compare each attribute, coordinate and variable that belongs to no single case; identical ones are listed,
         too."""
-        own = variables.own_variables(self._found)
+        own_names = variables.own_variables(self._found)
         # One's own numbers are not computed again: nobody's functions are executed.
-        found = flatten_variables(self._found.drop_vars(own))
+        kept = flatten_variables(self._found.drop_vars(own_names))
         again = flatten_variables(self._again)
-        names = sorted({*found, *again})
-        missing = [odd(name, "is missing") for name in names if name not in found]
+        names = sorted({*kept, *again})
+        missing = [odd(name, "is missing") for name in names if name not in kept]
         strange = [odd(name, "is in no dataset of this manifest") for name in names if name not in again]
-        common = [name for name in names if name in found and name in again]
+        common = [name for name in names if name in kept and name in again]
         words = []
         for name in common:
-            ours, theirs = _words(found[name]), _words(again[name])
+            ours, theirs = _words(kept[name]), _words(again[name])
             for kind, word in ours.items():
                 words.append(compare_values(f"{kind} of {name}", np.array(word), np.array(theirs[kind])))
         for_all = [name for name in common if self._is_for_all_cases(name)]
-        values = [compare_values(name, found[name].values, again[name].values) for name in for_all]
+        values = [compare_values(name, kept[name].values, again[name].values) for name in for_all]
         own_numbers = variables.own_numbers(self._found)
         unjudged = [Difference(name, Verdict.NOT_JUDGED, np.inf) for name in own_numbers]
         return [*missing, *strange, *words, *self._attributes(), *values, *unjudged]
@@ -290,46 +292,46 @@ class Recomputed:
             kept_ids = self._found.variables[name].isel(place).values.ravel()
             now_ids = self._again.variables[name].isel(place).values.ravel()
             for one, other in zip(kept_ids, now_ids, strict=True):
-                found = self._soften(runs, runs.columns(one, other, rounding))
-                differences += runs.owners(one, other) + found
+                chained = self._soften(runs, runs.columns(one, other, rounding))
+                differences += runs.owners(one, other) + chained
         label = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
         return worst_difference(label, differences)
 
     def _case_values(self, root: xr.Dataset, place: Mapping[str, int]) -> dict[str, xr.Variable]:
         return {name: root.variables[name].isel(place, missing_dims="ignore") for name in self._names}
 
-    def _soften(self, runs: Runs, found: list[Difference]) -> list[Difference]:
+    def _soften(self, runs: Runs, differences: list[Difference]) -> list[Difference]:
         """Differences of a run; not judged where last digits may turn it."""
         # Initial contact is no chain: where it differs by more than rounding, it differs.
-        if self._same_bits or runs.group.kinds == ("contact",) or worst(found) is not Verdict.DIFFERENT:
-            return found
+        if self._same_bits or runs.group.kinds == ("contact",) or worst(differences) is not Verdict.DIFFERENT:
+            return differences
         return [Difference(f"the {runs.group.name}", Verdict.NOT_JUDGED, np.inf)]
 
     def _scalar(self, name: str, kept: _Values, now: _Values, rounding: float) -> Difference:
         scale = self._scale(name)
         both = (kept[name].values, now[name].values)
-        found = compare_values(name, *both, scale, rounding)
-        if found.verdict is not Verdict.DIFFERENT:
-            return found
+        difference = compare_values(name, *both, scale, rounding)
+        if difference.verdict is not Verdict.DIFFERENT:
+            return difference
         cause = _CAUSE_OF.get(name)
         if cause and (not self._same_software or _alike(kept[cause], now[cause])):
             # Messages may differ in words or in values alone.
-            return replace(found, verdict=Verdict.WITHIN)
+            return replace(difference, verdict=Verdict.WITHIN)
         if self._same_bits or not _is_of_chains(name):
-            return found
+            return difference
         if not real(both[1]):
-            return replace(found, verdict=Verdict.NOT_JUDGED)
+            return replace(difference, verdict=Verdict.NOT_JUDGED)
         error = f"{name}_uncertainty"
         errors = (kept[error].values, now[error].values) if error in kept else UNKNOWN
         # Both are means over the same members, yet over records that a last digit may have turned.
         verdict, *_ = find_verdict(*both, scale, errors, STANDARD_ERRORS)
-        return replace(found, verdict=verdict, words="")
+        return replace(difference, verdict=verdict, words="")
 
     def _scale(self, name: str) -> float:
         """Magnitude of what a variable is a difference of: of a ± the number's, of forces that cancel the load."""
-        whole = name.removesuffix("_uncertainty").removesuffix(SHARED_ERROR)
-        of_the_load = 1.0 if whole in _OVER_THE_LOAD else 0.0
-        sizes = [self._sizes.get(each, 0.0) for each in (name, whole)]
+        base = name.removesuffix("_uncertainty").removesuffix(SHARED_ERROR)
+        of_the_load = 1.0 if base in _OVER_THE_LOAD else 0.0
+        sizes = [self._sizes.get(size_name, 0.0) for size_name in (name, base)]
         return max(*sizes, of_the_load)
 
 
@@ -347,10 +349,10 @@ _STIFFNESSES: Final = ("surface_stiffness", "path_stiffness")
 def _chain_variables() -> set[str]:
     """Variables that sum up a record, a path or a drive, and texts about how drives ended; not how they ended."""
     kinds = ("record", "path", "statistics", variables.DRIVE)
-    found = [each for kind in kinds for _, each in variables.scalars(kind)]
+    quantities = [quantity for kind in kinds for _, quantity in variables.scalars(kind)]
     # Initial contact and its stiffness are known before anything slides.
-    after_contact = [each for each in found if not each.name.startswith("initial_")]
-    sliding = [each for each in after_contact if each.name not in _STIFFNESSES]
+    after_contact = [quantity for quantity in quantities if not quantity.name.startswith("initial_")]
+    sliding = [quantity for quantity in after_contact if quantity.name not in _STIFFNESSES]
     ended = variables.OUTCOMES[variables.DRIVE]
     texts = {ended.cause.name, ended.message.name}
     return _names(sliding) | texts | {variables.MEMBERS.name}
@@ -361,7 +363,7 @@ def _is_of_chains(name: str) -> bool:
     chained = _chain_variables()
     if name in chained:
         return True
-    return name.endswith("_members") and any(name.startswith(f"{each}_") for each in chained)
+    return name.endswith("_members") and any(name.startswith(f"{chain}_") for chain in chained)
 
 
 def _names(quantities: Iterable[Quantity]) -> set[str]:
@@ -372,16 +374,16 @@ def _names(quantities: Iterable[Quantity]) -> set[str]:
     return names - {""}
 
 
-def _words(found: xr.DataArray) -> dict[str, str]:
+def _words(variable: xr.DataArray) -> dict[str, str]:
     """Attributes of a variable."""
-    dims = " ".join(map(str, found.dims))
-    units = str(found.attrs.get("units", ""))
+    dims = " ".join(map(str, variable.dims))
+    units = str(variable.attrs.get("units", ""))
     return {"dimensions": dims, "units": units}
 
 
-def case_position(found: xr.Dataset, case_id: str) -> dict[str, int]:
+def case_position(dataset: xr.Dataset, case_id: str) -> dict[str, int]:
     """Position of a case by dimension; empty if it is not there."""
-    ids = found["case_id"]
+    ids = dataset["case_id"]
     places = np.argwhere(ids.values == case_id)
     if not len(places):
         return {}
@@ -391,17 +393,17 @@ def case_position(found: xr.Dataset, case_id: str) -> dict[str, int]:
     return dict(zip(dims, numbers, strict=True))
 
 
-def verify_cases(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
+def verify_cases(dataset: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
     """Compare the dataset with the results in `store`: first shared tasks, then case by case."""
     path = store.folder / file.FILE
     # Written first, as a dataset that is read has the types of a file.
     file.write_netcdf(collect(plan, store), path)
     with file.open_dataset(path) as opened_again:
-        again, found = load_dataset(opened_again), _as_pending(found)
-        if len(cases) == len(computed(plan, found)):
+        again, dataset = load_dataset(opened_again), _as_pending(dataset)
+        if len(cases) == len(computed(plan, dataset)):
             # Read whole: a run at a time would take longer.
-            found = load_dataset(found)
-        both = Recomputed(found, again)
+            dataset = load_dataset(dataset)
+        both = Recomputed(dataset, again)
         yield worst_difference("what all cases share", both.shared())
         if both.comparable:
             yield from map(both.finding, cases)

@@ -48,12 +48,12 @@ def differs(points: Points) -> bool:
     return bool(np.ptp(values) > ROUNDING * largest)
 
 
-def words_of_alike(found: Sequence[Points]) -> Iterator[str]:
+def words_of_alike(points_of_names: Sequence[Points]) -> Iterator[str]:
     """Sentences on numbers that do not differ, one each, and one sentence that names all numbers that no case has."""
-    for points in map(prefix_units, found):
+    for points in map(prefix_units, points_of_names):
         if points.there.any():
             yield f"{capitalize_text(points.label)}: {_value(points)}{_where(points)}{_care(points)}."
-    unknown = [points.label for points in found if not points.there.any()]
+    unknown = [points.label for points in points_of_names if not points.there.any()]
     if unknown:
         yield f"Not known of any case: {', '.join(unknown)}."
 
@@ -84,14 +84,14 @@ def _care(points: Points) -> str:
 
 def _where(points: Points) -> str:
     """Describe the cases that share a value, if all cases with a value do."""
-    known = int(points.there.sum())
+    cases_with_value = int(points.there.sum())
     count = len(points.values)
     if count == 1:
         return ""
-    if known == count:
+    if cases_with_value == count:
         return " in all cases"
-    if known > 1:
-        return f" in all cases that have it, {known} of {count}"
+    if cases_with_value > 1:
+        return f" in all cases that have it, {cases_with_value} of {count}"
     place = {name: values[points.there].tolist()[0] for name, values in points.axes.items()}
     return f" at {label_in_symbols(place, points.units)}, the only one of {count} that has it" if place else ""
 
@@ -166,11 +166,11 @@ def _figure_title(roles: Roles, units: Mapping[str, str]) -> str:
     """Title: y against x, and the values of axes that are not shown. units: of coordinates, with prefixes."""
     panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
     only = label_in_symbols(roles.held, units)
-    held = f"; drawn for {only} only, counts in this caption are for all cases" if only else ""
+    selection = f"; drawn for {only} only, counts in this caption are for all cases" if only else ""
     if roles.mapped:
-        return f"over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}"
+        return f"over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{selection}"
     hue = f", one colour for each {symbol(roles.hue)}" if roles.hue else ""
-    return f"against {symbol(roles.x)}{hue}{panels}{held}"
+    return f"against {symbol(roles.x)}{hue}{panels}{selection}"
 
 
 def _signs(points: Points, roles: Roles) -> str:

@@ -399,7 +399,7 @@ def prefix_units(points: Points) -> Points:
         return points
     factor, unit = prefix_factor(points.values, variable_description(name).units)
     numbers = ("values", "errors", "shared", "closed_form")
-    scaled = {each: getattr(points, each) * factor for each in numbers}
+    scaled = {field: getattr(points, field) * factor for field in numbers}
     return replace(points, label=label(name, unit=unit), **scaled)
 
 
@@ -465,9 +465,9 @@ def _number(rows: CaseRows, name: str) -> _Numbers:
     """A variable, its uncertainty (NaN if missing), and whether such numbers have an uncertainty; or texts."""
     stored = stored_name(rows.root, name)
     if stored != name:
-        found, factors = _number(rows, stored), _si_factors(rows, name)
-        values = found.values * factors
-        return found._replace(values=values, errors=found.errors * factors)
+        read, factors = _number(rows, stored), _si_factors(rows, name)
+        values = read.values * factors
+        return read._replace(values=values, errors=read.errors * factors)
     values = rows.values(name)
     uncertainty = variable_description(name, rows.root).uncertainty
     if values.dtype.kind in "OUTS":
@@ -574,16 +574,16 @@ class AmbiguousNameError(UnknownNameError):
 def find_variable(dataset: xr.Dataset, word: str) -> str:
     """The variable or coordinate of the cases that a word means. Raises UnknownNameError, AmbiguousNameError."""
     names = [str(name) for name in dataset.variables]
-    found = variables.find_variables(names, word)
-    if not found and stored_name(dataset, word) != word:
+    matches = variables.find_variables(names, word)
+    if not matches and stored_name(dataset, word) != word:
         return word
     # A parameter and its size in SI share a symbol, which means the parameter.
-    sizes = {f"{name}{variables.SI}" for name in found}
-    found = [name for name in found if name not in sizes]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        raise AmbiguousNameError(f"{word}: several variables are called so: {', '.join(found)}")
+    sizes = {f"{name}{variables.SI}" for name in matches}
+    matches = [name for name in matches if name not in sizes]
+    if len(matches) == 1:
+        return matches[0]
+    if matches:
+        raise AmbiguousNameError(f"{word}: several variables are called so: {', '.join(matches)}")
     near = difflib.get_close_matches(word, names, n=3, cutoff=0.5)
     hint = f"nearest: {', '.join(near)}" if near else "nanoslip describe lists them"
     raise UnknownNameError(f"{word}: no variable of this dataset; {hint}")

@@ -83,7 +83,7 @@ def assign_roles(points: Points, x: str = "", hue: str = "") -> Roles:
     if others and not hue:
         hue = others.pop(0)
     panels: list[str] = []
-    held: dict[str, Any] = {}
+    fixed: dict[str, Any] = {}
     # The axes come by falling number of values, so those with few, which come last, get the panels.
     for name in others:
         count = math.prod(counts[axis] for axis in (*panels, name))
@@ -92,9 +92,9 @@ def assign_roles(points: Points, x: str = "", hue: str = "") -> Roles:
         else:
             values = axis_values(points, name)
             # The value in the middle, as an end of a range is often a limiting case.
-            held[name] = values[len(values) // 2]
+            fixed[name] = values[len(values) // 2]
     mapped = bool(hue) and (points.text or counts[hue] > MOST_HUES)
-    return Roles(x, hue, tuple(panels), held, mapped)
+    return Roles(x, hue, tuple(panels), fixed, mapped)
 
 
 def axis_values(points: Points, name: str) -> list[Any]:

@@ -92,13 +92,13 @@ def average(numbers: Sequence[Number]) -> Number:
 
 def start_statistics(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0) -> str:
     """Mean, standard deviation and range of a number over the starts (any shape) of an ensemble; NaN do not count."""
-    known = scale * values[np.isfinite(values)]
-    if not len(known):
+    finite = scale * values[np.isfinite(values)]
+    if not len(finite):
         return "in no start"
-    low, high = known.min(), known.max()
+    low, high = finite.min(), finite.max()
     if low == high:
-        return f"{low:.{digits}g} from every start" if len(known) > 1 else f"{low:.{digits}g}"
-    mean, deviation = round_with_error(known.mean(), known.std(ddof=1))
+        return f"{low:.{digits}g} from every start" if len(finite) > 1 else f"{low:.{digits}g}"
+    mean, deviation = round_with_error(finite.mean(), finite.std(ddof=1))
     return f"{mean} (s.d. {deviation}, {low:.{digits}g} to {high:.{digits}g})"
 
 
@@ -342,15 +342,15 @@ def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
     parts = shares.astype(np.int64)
     distance = np.abs(shares % 1.0 - 0.5).sum(axis=0)
     cost = np.zeros(len(places))
-    taken = np.zeros(len(places), np.bool_)
+    is_taken = np.zeros(len(places), np.bool_)
     for _ in range(most):
         # The last key comes first: a place is taken once.
-        best = np.lexsort((distance, cost, taken))[0]
-        taken[best] = True
+        best = np.lexsort((distance, cost, is_taken))[0]
+        is_taken[best] = True
         same_parts = parts == parts[:, best, None]
         shared_parts = same_parts.sum(axis=0)
         cost += 2.0**shared_parts
-    return np.flatnonzero(taken).tolist()
+    return np.flatnonzero(is_taken).tolist()
 
 
 def _axis_shares(values: Sequence[Any], most: int) -> Floats:
@@ -378,9 +378,9 @@ class ClosedForm:
 
 def campaign_scales(dataset: xr.Dataset) -> Scales:
     """The scales of a dataset of a shipped campaign, whose attributes state them."""
-    found = read_scales(dataset.attrs)
-    assert found is not None
-    return found
+    scales = read_scales(dataset.attrs)
+    assert scales is not None
+    return scales
 
 
 def analytic_motion(

@@ -97,8 +97,8 @@ def draw_over_axes(points: Points, roles: Roles, make: Callable[..., Figure] = F
         grid = arrange_panels(figure, len(panels), columns, sharex=True, sharey=True)
         for axes, panel in zip(grid, panels, strict=True):
             mesh = draw(axes, points, select_points(points, panel), roles)
-            held = [label_in_symbols({name: value}, points.units) for name, value in panel.items()]
-            axes.set_title("\n".join(map(typeset, held)))
+            titles = [label_in_symbols({name: value}, points.units) for name, value in panel.items()]
+            axes.set_title("\n".join(map(typeset, titles)))
         if roles.mapped:
             figure.supylabel(_lines(points.axis_label(roles.hue)))
         if roles.mapped and points.text:
@@ -355,14 +355,14 @@ def critical_border(points: Points, here: Points, roles: Roles) -> Iterator[tupl
 
     Each place has the mean of its drives.
     """
-    known = np.isfinite(here.critical_velocity)
-    if VELOCITY not in (roles.x, roles.hue) or points.axes[VELOCITY].dtype.kind in "Ob" or not known.any():
+    is_known = np.isfinite(here.critical_velocity)
+    if VELOCITY not in (roles.x, roles.hue) or points.axes[VELOCITY].dtype.kind in "Ob" or not is_known.any():
         return
     other_axis = roles.x if roles.hue == VELOCITY else roles.hue
-    places = axis_positions(points, other_axis, here)[known]
+    places = axis_positions(points, other_axis, here)[is_known]
     distinct, numbers = np.unique(places, return_inverse=True)
     # Velocities lie on a logarithmic axis as a rule: their geometric mean is the middle there.
-    sums = np.bincount(numbers, np.log(here.critical_velocity[known]))
+    sums = np.bincount(numbers, np.log(here.critical_velocity[is_known]))
     means = np.exp(sums / np.bincount(numbers))
     # Either axis of a map may be the velocity.
     yield (distinct, means) if roles.hue == VELOCITY else (means, distinct)

@@ -473,15 +473,15 @@ def stage_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Place of the stage and of the pin (m), and spring force over load, along the last two cycles."""
     pulled = Accessor(dataset).trajectory(**run.selection)
     names = ("stage", "position", "spring_force")
-    whole = {name: pulled[f"sample_{name}"].values for name in names}
+    columns = {name: pulled[f"sample_{name}"].values for name in names}
     # A quarter of a cycle, then whole ones; the first ones are left out, as a pin just pressed down runs in.
     cycles = pulled.sizes["stage_leg"] // 2
     begin = 0
     if cycles > 1:
-        steps = len(whole["stage"]) - 1
+        steps = len(columns["stage"]) - 1
         # The last 8 of 4·cycles + 1 quarters.
         begin = steps - 8 * steps // (4 * cycles + 1)
-    return {name: values[begin:] for name, values in whole.items()}
+    return {name: values[begin:] for name, values in columns.items()}
 
 
 def draw_stages(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
@@ -727,14 +727,14 @@ def draw_answers(dataset: xr.Dataset) -> Iterator[View | str]:
 def _losses(dataset: xr.Dataset) -> View | None:
     """Loss per cycle over amplitude, with Mindlin's closed form; None if cases are not lines over amplitude."""
     name = si_name(dataset, "loss_per_cycle")
-    found = read_points(dataset, name)
+    losses = read_points(dataset, name)
     closed_form = _mindlin(dataset)
     if name != "loss_per_cycle":
         # The closed form is in W·L_x: it takes the factor of each case that its number has.
         in_scales = read_points(dataset, "loss_per_cycle").values
         with np.errstate(invalid="ignore", divide="ignore"):
-            closed_form = closed_form * found.values / in_scales
-    points = replace(found, closed_form=closed_form)
+            closed_form = closed_form * losses.values / in_scales
+    points = replace(losses, closed_form=closed_form)
     # A contact that is shaken down loses nothing, which has no place on a logarithmic axis.
     lossless = read_points(dataset, "shaken_down").values == 1.0
     points = points.select(~lossless)

@@ -74,7 +74,7 @@ class Question:
 
         own_starts: see `start_range`; without them the cases are the campaign's own. Raises ManifestError.
         """
-        columns = [each.at(x[:, axis]) for axis, each in enumerate(self.ranges)]
+        columns = [parameter.at(x[:, axis]) for axis, parameter in enumerate(self.ranges)]
         values = np.column_stack(columns)
         starts = start_range(values, self.places) if own_starts else {}
         return self._plans(values, starts)
@@ -85,7 +85,7 @@ class Question:
         out: folder of the campaign's results. Raises the errors of `compute`, and TooFewError.
         """
 
-        own = self.list_finished_points(Store(out))
+        finished = self.list_finished_points(Store(out))
 
         def simulate(x: Floats) -> ComputedPoint:
             plans = self.plans(x)
@@ -93,7 +93,7 @@ class Question:
             return self._points(x, plans, store, self.same_places)
 
         def reasons(x: Floats) -> list[str]:
-            is_same = (x[:, None] == own[None]).all(axis=-1)
+            is_same = (x[:, None] == finished[None]).all(axis=-1)
             ours = is_same.any(axis=1)
             plans = self._plans_of_some(x[ours], own_starts=False)
             plans += self._plans_of_some(x[~ours])
@@ -103,10 +103,10 @@ class Question:
             return list(lines.values())
 
         before = None
-        if len(own):
-            plans = self.plans(own, own_starts=False)
+        if len(finished):
+            plans = self.plans(finished, own_starts=False)
             store = compute(join_plans(plans))
-            points = self._points(own, plans, store, same_places=True)
+            points = self._points(finished, plans, store, same_places=True)
             # Points of single starts share one error, which is unknown.
             if np.isfinite(points.errors).any():
                 before = points
@@ -114,10 +114,10 @@ class Question:
 
     def at(self, x: Floats) -> str:
         """The campaign at a point (d,) in the unit cube, as the text of a file."""
-        values = np.array([own.at(x)[axis] for axis, own in enumerate(self.ranges)])
+        values = np.array([parameter.at(x)[axis] for axis, parameter in enumerate(self.ranges)])
         starts = start_range(values[None], self.places)
         places = {name: column[0] for name, column in starts.items()}
-        names = [own.name for own in self.ranges]
+        names = [parameter.name for parameter in self.ranges]
         parameters = dict(zip(names, values.tolist(), strict=True))
         document = self._with(parameters | places)
         outputs = document.get("outputs", {})
@@ -125,25 +125,25 @@ class Question:
 
     def list_finished_points(self, store: Store) -> Floats:
         """The campaign's own cases in these ranges that are finished, as points (n, d) in the unit cube."""
-        names = [names_by_word().get(each.name, each.name) for each in self.ranges]
+        names = [names_by_word().get(parameter.name, parameter.name) for parameter in self.ranges]
         none = np.empty((0, len(names)))
         if not set(names) <= self.manifest.axes.keys():
             return none
-        whole = make_plan(self.manifest)
-        left = {task.key for task in whole.remaining(store.inventory())}
-        complete = {key for key, tasks in whole.case_tasks.items() if left.isdisjoint(tasks.values())}
-        cases = [case.parameters for case in whole.cases if case.case_id in complete]
-        values = [float(each[name]) for each in cases for name in names]
+        plan = make_plan(self.manifest)
+        unfinished = {task.key for task in plan.remaining(store.inventory())}
+        complete = {key for key, tasks in plan.case_tasks.items() if unfinished.isdisjoint(tasks.values())}
+        cases = [case.parameters for case in plan.cases if case.case_id in complete]
+        values = [float(parameter[name]) for parameter in cases for name in names]
         rows = np.array(values).reshape(-1, len(names))
-        low = np.array([each.low for each in self.ranges])
-        high = np.array([each.high for each in self.ranges])
+        low = np.array([parameter.low for parameter in self.ranges])
+        high = np.array([parameter.high for parameter in self.ranges])
         inside = (rows >= low) & (rows <= high)
         rows = np.unique(rows[inside.all(axis=1)], axis=0)
         if not len(rows):
             return none
         # Cases with these values may differ in all other parameters: only those that are complete count.
         same = [case.case_id in complete for case in self._plans(rows, {})[0].cases]
-        columns = [each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)]
+        columns = [parameter.shares(rows[same, axis]) for axis, parameter in enumerate(self.ranges)]
         return np.column_stack(columns)
 
     def check(self, out: Path) -> None:
@@ -161,13 +161,13 @@ class Question:
         plans = self.plans(filling(len(self.ranges)))
         cases = [case for plan in plans for case in plan.cases]
         if all(case.case is None for case in cases):
-            words = ", ".join(each.name for each in self.ranges)
+            words = ", ".join(parameter.name for parameter in self.ranges)
             raise ManifestError.of(words, need="ranges with a possible case", remark=cases[0].outcome.message)
         possible = [plan for plan in plans if any(case.case for case in plan.cases)]
         impossible = [impossible_numbers(plan) for plan in possible]
         for target in self.targets:
             for source in points_named(named, target.name).sources:
-                if all(source in found for found in impossible):
+                if all(source in names for names in impossible):
                     reason = impossible[0][source]
                     raise ManifestError.of(target.name, need="a number that some point has", remark=reason)
 
@@ -181,7 +181,7 @@ class Question:
         return self.plans(x, own_starts) if len(x) else []
 
     def _plans(self, values: Floats, starts: Mapping[str, list[float]]) -> list[Plan]:
-        names = [each.name for each in self.ranges]
+        names = [parameter.name for parameter in self.ranges]
         columns = dict(zip(names, values.T.tolist(), strict=True))
         drive_columns = {name: columns.pop(name) for name in names if table_taking(name) == ""}
         columns.update(starts)
@@ -212,7 +212,7 @@ class Question:
     def _points(self, x: Floats, plans: Sequence[Plan], store: Store, same_places: bool) -> ComputedPoint:
         """same_places: whether members come down at the same places at all points."""
         parts = [_point_numbers(self.targets, plan, collect(plan, store)) for plan in plans]
-        values, errors, starts, freedom, flags = (np.concatenate(each) for each in zip(*parts, strict=True))
+        values, errors, starts, freedom, flags = (np.concatenate(part) for part in zip(*parts, strict=True))
         common = errors if same_places else 0.0 * errors
         return ComputedPoint(x, values, errors, starts, freedom, common, flags.max(axis=1))
 
@@ -237,24 +237,24 @@ def start_range(values: Floats, places: Sequence[str]) -> dict[str, list[float]]
 def _point_numbers(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -> tuple[NDArray[Any], ...]:
     """Values and ± (cases, targets); covariances over starts (cases, targets, targets), their degrees of freedom (cases,); and
     validity flags (cases, targets)."""
-    found = [points_named(dataset, target.name) for target in targets]
-    if len({points.name for points in found}) < len(found):
+    points_of_targets = [points_named(dataset, target.name) for target in targets]
+    if len({points.name for points in points_of_targets}) < len(points_of_targets):
         names = ", ".join(target.name for target in targets)
         raise ManifestError.of(names, need="each number once")
-    for target, points in zip(targets, found, strict=True):
+    for target, points in zip(targets, points_of_targets, strict=True):
         if points.text:
             raise ManifestError.of(target.name, need="a number, and is words")
         if len(points.values) != len(plan.cases):
             names = ", ".join(dict.fromkeys(drive.name for drive in plan.manifest.drives))
             need = f"one drive: give {DRIVE_WORD}=NAME ({names}), and a value on each drive axis"
             raise ManifestError.of(target.name, need=need)
-    values = np.column_stack([points.values.astype(float) for points in found])
-    errors = np.column_stack([point_errors(points, spread_of_members(dataset, points)) for points in found])
-    members = [values_of_members(dataset, points) for points in found]
-    starts = [_start_covariance(each) for each in zip(*members, strict=True)]
+    values = np.column_stack([points.values.astype(float) for points in points_of_targets])
+    errors = np.column_stack([point_errors(points, spread_of_members(dataset, points)) for points in points_of_targets])
+    members = [values_of_members(dataset, points) for points in points_of_targets]
+    starts = [_start_covariance(columns) for columns in zip(*members, strict=True)]
     covariances = np.array([covariance for covariance, _ in starts])
     freedom = np.array([degrees for _, degrees in starts])
-    return values, errors, covariances, freedom, np.column_stack([points.flags for points in found])
+    return values, errors, covariances, freedom, np.column_stack([points.flags for points in points_of_targets])
 
 
 def _start_covariance(members: Sequence[NDArray[Any]]) -> tuple[Floats, float]:
@@ -283,7 +283,7 @@ def make_question(
     for target in targets:
         _require_measured(target)
     stated = {**parameters_of_a_case(), **drive_parameters()}
-    given = from_toml(manifest.text)
+    content = from_toml(manifest.text)
     axes = {stated[name].word or name: values for name, values in manifest.axes.items()}
     axes |= manifest.drive_axes
     fixed = _keys_by_word(fixed, stated)
@@ -300,12 +300,12 @@ def make_question(
             raise ManifestError.of(word, need=f"{word}=VALUE, or --vary", remark=remark)
     constants = {word: values[0] for word, values in axes.items() if word not in {*asked, *fixed}}
     fixed = fixed | constants
-    document = _document_without_axes(given, asked)
+    document = _document_without_axes(content, asked)
     for word, value in fixed.items():
         _fix(document, word, value)
     may_be_empty = {*TABLES, "drives", "drive_axes"}
     document = {key: value for key, value in document.items() if value or key not in may_be_empty}
-    ranges = [_range(manifest, document, word, ends, axes.get(word), given) for word, ends in asked.items()]
+    ranges = [_range(manifest, document, word, ends, axes.get(word), content) for word, ends in asked.items()]
     question = Question(manifest, document, tuple(ranges), tuple(targets))
     places = tuple(name for name in _start_parameters(question) if name not in {*fixed, *asked})
     return replace(question, places=places, same_places=START in fixed)
@@ -323,23 +323,23 @@ def _drop_words(table: Mapping[str, Any], words: Container[str]) -> dict[str, An
     return {word: value for word, value in table.items() if word not in words}
 
 
-def _document_without_axes(given: Mapping[str, Any], asked: Container[str]) -> dict[str, Any]:
+def _document_without_axes(content: Mapping[str, Any], asked: Container[str]) -> dict[str, Any]:
     """A manifest's document without its design and the parameters asked for; each drive has a name."""
-    document = _drop_words(given, _DESIGN)
-    tables: list[dict[str, Any]] = given.get("drives", [{}] if "drive_axes" in given else [])
-    document["drives"] = [{"name": DEFAULT, **each} for each in tables]
-    document["drive_axes"] = _drop_words(given.get("drive_axes", {}), asked)
+    document = _drop_words(content, _DESIGN)
+    tables: list[dict[str, Any]] = content.get("drives", [{}] if "drive_axes" in content else [])
+    document["drives"] = [{"name": DEFAULT, **drive_table} for drive_table in tables]
+    document["drive_axes"] = _drop_words(content.get("drive_axes", {}), asked)
     for table in TABLES:
-        document[table] = _drop_words(given.get(table, {}), asked)
+        document[table] = _drop_words(content.get(table, {}), asked)
     return document
 
 
-def _as_range(error: ManifestError, tables: Container[str | int], given: str) -> ManifestError:
+def _as_range(error: ManifestError, tables: Container[str | int], key: str) -> ManifestError:
     """The error of a range that was checked as the only axis: problems of these tables belong to the range, not to a file."""
     problems = []
-    for each in error.problems:
-        of_range = replace(each, place=Place(), key=given, value=ABSENT)
-        problems.append(of_range if each.place.part in tables else each)
+    for problem in error.problems:
+        of_range = replace(problem, place=Place(), key=key, value=ABSENT)
+        problems.append(of_range if problem.place.part in tables else problem)
     return ManifestError(problems)
 
 
@@ -351,17 +351,17 @@ def _start_parameters(question: Question) -> list[str]:
     names = [START]
     if "y" in case.slab.layout.AXES:
         names.append(START_Y)
-    if case.heterogeneity.spread > 0.0 or SPREAD in {each.name for each in question.ranges}:
+    if case.heterogeneity.spread > 0.0 or SPREAD in {parameter.name for parameter in question.ranges}:
         names.append(SEED)
     return names
 
 
-def _keys_by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[str, Any]:
+def _keys_by_word(stated_values: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[str, Any]:
     """Map values given by words or symbols to words. Raises ManifestError if one is given twice."""
-    found = {word_for_symbol(key, stated): value for key, value in given.items()}
-    if len(found) < len(given):
-        raise ManifestError.of(", ".join(given), need="each parameter once, by its name or its symbol")
-    return found
+    values = {word_for_symbol(key, stated): value for key, value in stated_values.items()}
+    if len(values) < len(stated_values):
+        raise ManifestError.of(", ".join(stated_values), need="each parameter once, by its name or its symbol")
+    return values
 
 
 def join_plans(plans: Sequence[Plan]) -> Plan:
@@ -376,13 +376,13 @@ def _fix(document: dict[str, Any], word: str, value: Any) -> None:
     """Give a parameter, or all drives a setting, a value."""
     drives = document.get("drives", [])
     if word == DRIVE_WORD:
-        document["drives"] = [each for each in drives if each.get("name") == value]
+        document["drives"] = [drive for drive in drives if drive.get("name") == value]
         if not document["drives"]:
             raise ManifestError.of(DRIVE_WORD, value, remark="no drive of this campaign")
     elif table := table_taking(word):
         document[table] = {**document.get(table, {}), word: value}
     elif word in drive_parameters():
-        document["drives"] = [{**each, word: value} for each in drives]
+        document["drives"] = [{**drive, word: value} for drive in drives]
         document["drive_axes"] = _drop_words(document.get("drive_axes", {}), {word})
     else:
         words = [*names_by_word(), *drive_parameters()]
@@ -400,12 +400,17 @@ def _require_range(word: str) -> None:
 
 
 def _range(
-    manifest: Manifest, document: Mapping[str, Any], word: str, ends: Ends | None, values: Any, given: Mapping[str, Any]
+    manifest: Manifest,
+    document: Mapping[str, Any],
+    word: str,
+    ends: Ends | None,
+    values: Any,
+    content: Mapping[str, Any],
 ) -> Range:
     """The range of a parameter, its ends checked and without units. Raises ManifestError."""
-    own = given.get("axes", {}).get(word)
-    own = own if isinstance(own, Mapping) else {}
-    low, high = ends or (own.get("from"), own.get("to"))
+    axis = content.get("axes", {}).get(word)
+    axis = axis if isinstance(axis, Mapping) else {}
+    low, high = ends or (axis.get("from"), axis.get("to"))
     if low is None:
         if values is None or len(set(values)) < 2:
             raise ManifestError.of(word, need=f"--vary {word}=FROM:TO", remark="has no range in the campaign")
@@ -417,13 +422,13 @@ def _range(
     except ManifestError as error:
         raise _as_range(error, axes, f"--vary {word}={low}:{high}") from None
     checked = parsed.drive_axes[word] if name is None else parsed.axes[name]
-    low, high = (float(each) for each in checked)
+    low, high = (float(end) for end in checked)
     if not low < high < math.inf:
         need = "a range from a smaller to a larger number, both finite"
         raise ManifestError.of(f"--vary {word}={low:g}:{high:g}", need=need)
     in_decades = high > DECADE * low
-    if own:
-        in_decades = own.get("scale") == "log"
+    if axis:
+        in_decades = axis.get("scale") == "log"
     elif values is not None and len(set(values)) > 2:
         in_decades = find_axis(word, np.array(values)).logarithmic
     return Range(word, low, high, low > 0.0 and in_decades)

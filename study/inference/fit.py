@@ -186,9 +186,9 @@ class Fit:
         The part of starts at the same places deviates as these starts do, the rest as values left out.
         """
         common = np.column_stack([surrogate.common_error(x) for surrogate in self.surrogates])
-        own = np.sqrt(np.maximum(errors**2 - common**2, 0.0))
+        own_errors = np.sqrt(np.maximum(errors**2 - common**2, 0.0))
         of_starts = common[:, :, None] * common[:, None, :] * self.starts.correlation
-        return np.asarray(of_starts + own[:, :, None] * own[:, None, :] * self._left_out_correlation)
+        return np.asarray(of_starts + own_errors[:, :, None] * own_errors[:, None, :] * self._left_out_correlation)
 
     @cached_property
     def _left_out_correlation(self) -> Floats:
@@ -327,26 +327,26 @@ class Fit:
         return float(in_one_only / max(in_any, 1))
 
 
-def _next_points(found: Fit, count: int) -> Floats:
+def _next_points(fit: Fit, count: int) -> Floats:
     """Points to be computed next: spread over the set while the surrogate's error matters there; none when it does not."""
-    cloud, misfit = found.cloud
-    inside = cloud[misfit <= found.acceptable_misfit(misfit)]
+    cloud, misfit = fit.cloud
+    inside = cloud[misfit <= fit.acceptable_misfit(misfit)]
     # Where no point has the numbers the search goes everywhere.
     if not len(inside):
         inside = cloud
     least = float(misfit.min())
     # Far from agreement the surrogate need not be precise: errors count beside what is missed there anyway.
-    beyond = max(least / found.limit(LEVELS[-1]), 1.0) if math.isfinite(least) else 1.0
-    _, errors = found.predict(inside)
-    covariance = found.surrogate_covariance(inside, errors)
+    beyond = max(least / fit.limit(LEVELS[-1]), 1.0) if math.isfinite(least) else 1.0
+    _, errors = fit.predict(inside)
+    covariance = fit.surrogate_covariance(inside, errors)
     # In the combination of numbers in which it is largest: the root of the largest eigenvalue of N⁻¹ C.
-    noise = found.noise_covariance * beyond
+    noise = fit.noise_covariance * beyond
     half = _whiten(noise, covariance)
     whitened = _whiten(noise, np.swapaxes(half, 1, 2))
     shares = np.sqrt(np.maximum(np.linalg.eigvalsh(whitened)[:, -1], 0.0))
     if np.percentile(shares, 95) <= PRECISE:
-        return np.empty((0, len(found.ranges)))
-    distances, _ = scipy.spatial.KDTree(found.computed.x).query(inside)
+        return np.empty((0, len(fit.ranges)))
+    distances, _ = scipy.spatial.KDTree(fit.computed.x).query(inside)
     distances = np.asarray(distances)
     chosen = []
     # Each next point is the one farthest from all computed and chosen ones.
@@ -421,47 +421,47 @@ def _separate(x: Floats) -> NDArray[np.int_]:
     return np.asarray(labels[box])
 
 
-def sentences(found: Fit) -> Iterator[str]:
+def sentences(fit: Fit) -> Iterator[str]:
     """Report the points that agree, or the closest points; and the parameters that cannot be distinguished."""
-    targets, ranges = found.targets, found.ranges
-    means, errors = (each[0] for each in found.predict(found.best[None]))
+    targets, ranges = fit.targets, fit.ranges
+    means, errors = (predicted[0] for predicted in fit.predict(fit.best[None]))
     shown = _numbers_with_errors(targets, means, errors)
     asked = ", ".join(f"{target.name} = {target.value:g} ± {target.error:g}" for target in targets)
-    place = ", ".join(f"{own.name} = {own.at(found.best)[axis]:.3g}" for axis, own in enumerate(ranges))
+    place = ", ".join(f"{parameter.name} = {parameter.at(fit.best)[axis]:.3g}" for axis, parameter in enumerate(ranges))
     ratio = ""
     if len(targets) == 2 and targets[1].value and means[1]:
         measured = targets[0].value / targets[1].value
         ratio = f"; ratio {means[0] / means[1]:.3g}, measured {measured:.3g}"
-    if not found.reached:
+    if not fit.reached:
         yield f"Not reached: {asked}. Nearest: {shown}{ratio}, at {place}."
     else:
         yield f"Best: {shown}{ratio}, at {place}."
-        if not len(found.agreeing(LEVELS[0])):
+        if not len(fit.agreeing(LEVELS[0])):
             yield "Nothing agrees at 68 %."
-    is_at_end = np.abs(found.best - 0.5) > 0.5 - EDGE_SHARE
+    is_at_end = np.abs(fit.best - 0.5) > 0.5 - EDGE_SHARE
     if is_at_end.any():
-        names = [own.name for own, at_end in zip(ranges, is_at_end, strict=True) if at_end]
+        names = [parameter.name for parameter, at_end in zip(ranges, is_at_end, strict=True) if at_end]
         yield f"At an end of its range: {', '.join(names)}. A wider one may come nearer."
-    if found.at_best and np.isfinite(found.at_best.values).all():
-        computed = _numbers_with_errors(targets, found.at_best.values[0], found.at_best.errors[0])
+    if fit.at_best and np.isfinite(fit.at_best.values).all():
+        computed = _numbers_with_errors(targets, fit.at_best.values[0], fit.at_best.errors[0])
         yield f"Computed there: {computed}."
-    if len(found.islands) > 1:
-        yield f"{len(found.islands)} separate sets agree at 95 %, the best one first."
-    for name in found.undetermined_parameters():
+    if len(fit.islands) > 1:
+        yield f"{len(fit.islands)} separate sets agree at 95 %, the best one first."
+    for name in fit.undetermined_parameters():
         yield f"{name} is not determined by these numbers: its whole range agrees at 95 %."
-    for first, second, ((a, b), (c, d)) in found.tied():
+    for first, second, ((a, b), (c, d)) in fit.tied():
         pair = f"{first.name} and {second.name} cannot be told apart"
         change = f"a larger {first.name} with a {'larger' if d > c else 'smaller'} {second.name} agrees at 95 %"
         low_end = f"{first.name} = {a:.3g}, {second.name} = {c:.3g}"
         high_end = f"{first.name} = {b:.3g}, {second.name} = {d:.3g}"
         yield f"{pair}: {change}, from {low_end} to {high_end}. It needs a measurement of one of them."
-    yield f"{len(found.computed.x)} points are computed."
-    missing = int((~_has_all_numbers(found.computed)).sum())
+    yield f"{len(fit.computed.x)} points are computed."
+    missing = int((~_has_all_numbers(fit.computed)).sum())
     if missing:
         yield f"Without a number: {missing} of them; around these nothing agrees."
-        yield from found.why
+        yield from fit.why
     for flag in FLAGS:
-        flagged = int((found.computed.flags & flag.mask != 0).sum())
+        flagged = int((fit.computed.flags & flag.mask != 0).sum())
         if flagged:
             count = f"{flagged} of them ({flag.meaning})"
             yield f"Used with the validity flag {flag.name}: {count}. Advice: {flag.advice}."
@@ -488,14 +488,14 @@ def search_parameters(
     targets: Sequence[Target],
     ranges: Sequence[Range],
     simulate: Simulate,
-    known: ComputedPoint | None = None,
+    finished: ComputedPoint | None = None,
     most: int = MOST_COMPUTED,
     why: Callable[[Floats], Sequence[str]] = lambda _: (),
 ) -> Fit:
     """Find the parameters that agree with measured numbers. Raises TooFewError if too few points have them.
 
     simulate: called with points that fill the ranges, then with more in doubtful places, until little changes or `most` are done.
-    known: points computed before. why: called with points without a number; returns causes and advice.
+    finished: points computed before. why: called with points without a number; returns causes and advice.
     """
 
     def fitted(computed: ComputedPoint) -> Fit:
@@ -505,23 +505,23 @@ def search_parameters(
         return Fit(tuple(targets), tuple(ranges), computed, surrogates, reasons)
 
     before: Fit | None
-    found: Fit | None = None
-    if known is not None:
+    fit: Fit | None = None
+    if finished is not None:
         with suppress(TooFewError):
-            found = fitted(known)
-    if found is None or found.reached or len(_next_points(found, 1)):
+            fit = fitted(finished)
+    if fit is None or fit.reached or len(_next_points(fit, 1)):
         computed = simulate(filling(len(ranges))[:most])
-        if known:
-            computed = known.with_these(computed)
-        found = None
+        if finished:
+            computed = finished.with_these(computed)
+        fit = None
         while True:
-            before, found = found, fitted(computed)
+            before, fit = fit, fitted(computed)
             count = min(6 * len(ranges), most - len(computed.x))
-            x = _next_points(found, count)
-            if not len(x) or (before and found.differs(before) <= SETTLED):
+            x = _next_points(fit, count)
+            if not len(x) or (before and fit.differs(before) <= SETTLED):
                 break
             computed = computed.with_these(simulate(x))
-    return replace(found, at_best=simulate(found.best[None]))
+    return replace(fit, at_best=simulate(fit.best[None]))
 
 
 def filling(dimensions: int) -> Floats:
@@ -533,15 +533,15 @@ def filling(dimensions: int) -> Floats:
 
 
 def _surrogates(targets: Sequence[Target], computed: ComputedPoint, why: Sequence[str]) -> tuple[Surrogate, ...]:
-    found = []
+    surrogates = []
     for target, values, errors, common in zip(
         targets, computed.values.T, computed.errors.T, computed.common.T, strict=True
     ):
         try:
-            found.append(regress(computed.x, values, errors, common=common))
+            surrogates.append(regress(computed.x, values, errors, common=common))
         except TooFewError as error:
             missing = int(np.isnan(values).sum())
             holes = f"; {missing} of {len(values)} points are without" if missing else ""
             lines = [f"{target.name}: {error}{holes}", *why]
             raise TooFewError("\n".join(lines)) from None
-    return tuple(found)
+    return tuple(surrogates)

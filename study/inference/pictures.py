@@ -30,45 +30,45 @@ ON_PAGE: Final = 512
 """Values that a page's surrogate is made of, so that the page takes seconds."""
 
 
-def bars(found: Sensitivity) -> Figure:
+def bars(answer: Sensitivity) -> Figure:
     """First-order and total indices of each axis, with their intervals."""
-    with column(0.9 + 0.36 * len(found.axes), WIDTH) as figure:
+    with column(0.9 + 0.36 * len(answer.axes), WIDTH) as figure:
         axes = figure.add_subplot()
-        rows = np.arange(len(found.axes))
+        rows = np.arange(len(answer.axes))
         for shift, color, name, values in (
-            (-0.19, COLORS[0], "alone", found.first),
-            (0.19, COLORS[3], "in all", found.total),
+            (-0.19, COLORS[0], "alone", answer.first),
+            (0.19, COLORS[3], "in all", answer.total),
         ):
             middle, low, high = values.T
             reach = np.clip([middle - low, high - middle], 0.0, None)
             axes.barh(rows + shift, middle, 0.34, color=color, label=name)
             axes.errorbar(middle, rows + shift, xerr=reach, fmt="none", ecolor="#555555", capsize=1.6)
-        axes.set_yticks(rows, [typeset(symbol_and_unit(name)) for name in found.axes])
-        axes.set(xlim=(0.0, 1.05), xlabel=typeset(f"share of the variance of {symbol_and_unit(found.of)}"))
+        axes.set_yticks(rows, [typeset(symbol_and_unit(name)) for name in answer.axes])
+        axes.set(xlim=(0.0, 1.05), xlabel=typeset(f"share of the variance of {symbol_and_unit(answer.of)}"))
         axes.invert_yaxis()
         axes.grid(visible=False, axis="y")
         legend(figure)
     return figure
 
 
-def index_table(found: Sensitivity) -> DrawnColumns:
+def index_table(answer: Sensitivity) -> DrawnColumns:
     """The indices as a table."""
-    both = {"first": found.first, "total": found.total}
+    both = {"first": answer.first, "total": answer.total}
     parts = {f"{kind}{end}": shares[:, place] for kind, shares in both.items() for place, end in enumerate(_ENDS)}
-    return {"axis": np.array(found.axes, dtype=object), **parts}
+    return {"axis": np.array(answer.axes, dtype=object), **parts}
 
 
 _ENDS: Final = ("", "_low", "_high")
 
 
-def sensitivity_view(found: Sensitivity) -> View:
+def sensitivity_view(answer: Sensitivity) -> View:
     """The bars with their caption."""
     caption = (
-        f"Share of the variance of {label(found.of)} that each parameter has alone (first-order Sobol' index), and in all, "
-        f"together with others (total index), with intervals of 95 %. {caution(found)}"
+        f"Share of the variance of {label(answer.of)} that each parameter has alone (first-order Sobol' index), and in all, "
+        f"together with others (total index), with intervals of 95 %. {caution(answer)}"
     )
-    name = f"sensitivity_{found.of.replace('/', '_over_')}"
-    return View(name, caption, partial(bars, found), partial(index_table, found))
+    name = f"sensitivity_{answer.of.replace('/', '_over_')}"
+    return View(name, caption, partial(bars, answer), partial(index_table, answer))
 
 
 def _draw_index_bars(dataset: xr.Dataset) -> Iterator[View | str]:
@@ -76,8 +76,8 @@ def _draw_index_bars(dataset: xr.Dataset) -> Iterator[View | str]:
     names = next((group for group in NUMBERS if group[0] in dataset), ())
     for name in names:
         if name in dataset and len(read_points(dataset, name).axes) >= FEWEST_AXES:
-            found = sensitivity(dataset, name, ON_PAGE)
-            yield caution(found) if found.unknown else sensitivity_view(found)
+            answer = sensitivity(dataset, name, ON_PAGE)
+            yield caution(answer) if answer.unknown else sensitivity_view(answer)
 
 
 SENSITIVITY: Final = Sort("sensitivity", "What matters", _draw_index_bars)
@@ -92,11 +92,11 @@ _SHADES: Final = ("#0b5394", "#9fc5e8")
 """Shades of the sets at 68 and 95 %."""
 
 
-def contours(found: Fit) -> Figure:
+def contours(fit: Fit) -> Figure:
     """The set at 68 and 95 % in a panel for each pair of parameters, with the computed points and the best one."""
-    if len(found.ranges) == 1:
-        return _draw_parameter_fit(found)
-    pairs = list(itertools.combinations(range(len(found.ranges)), 2))
+    if len(fit.ranges) == 1:
+        return _draw_parameter_fit(fit)
+    pairs = list(itertools.combinations(range(len(fit.ranges)), 2))
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)
     with column(0.5 + 2.4 * rows, WIDTH if columns == 1 else PAGE) as figure:
@@ -104,49 +104,53 @@ def contours(found: Fit) -> Figure:
         for axes in panels[len(pairs) :]:
             axes.set_visible(False)
         for axes, pair in zip(panels, pairs, strict=False):
-            _draw_pair(axes, found, *pair)
+            _draw_pair(axes, fit, *pair)
         legend(figure)
     return figure
 
 
-def _draw_pair(axes: Any, found: Fit, first: int, second: int) -> None:
+def _draw_pair(axes: Any, fit: Fit, first: int, second: int) -> None:
     grid = np.linspace(0.0, 1.0, FINE)
-    u, v = (each.ravel() for each in np.meshgrid(grid, grid))
-    others = found.agreeing(LEVELS[-1]) if found.reached else found.best[None]
-    count = min(len(others), BEHIND if len(found.ranges) > 2 else 1)
+    u, v = (item.ravel() for item in np.meshgrid(grid, grid))
+    others = fit.agreeing(LEVELS[-1]) if fit.reached else fit.best[None]
+    count = min(len(others), BEHIND if len(fit.ranges) > 2 else 1)
     tried = others[np.linspace(0, len(others) - 1, count).astype(int)]
     places = np.repeat(tried[:, None, :], len(u), axis=1)
     places[:, :, first], places[:, :, second] = u, v
-    least = found.misfit(places.reshape(-1, len(found.ranges))).reshape(len(tried), -1).min(axis=0)
-    ranges = found.ranges[first], found.ranges[second]
-    x, y = (each.at(grid) for each in ranges)
-    levels = [0.0, *map(found.limit, LEVELS)]
+    least = fit.misfit(places.reshape(-1, len(fit.ranges))).reshape(len(tried), -1).min(axis=0)
+    ranges = fit.ranges[first], fit.ranges[second]
+    x, y = (item.at(grid) for item in ranges)
+    levels = [0.0, *map(fit.limit, LEVELS)]
     axes.contourf(x, y, np.minimum(least, 1e6).reshape(FINE, FINE), levels=levels, colors=_SHADES)
-    for each, shade in zip(LEVELS, _SHADES, strict=True):
-        axes.plot([], [], "s", color=shade, label=f"agrees at {100 * each:.0f} %")
-    points = [each.at(found.computed.x[:, axis]) for each, axis in zip(ranges, (first, second), strict=True)]
+    for item, shade in zip(LEVELS, _SHADES, strict=True):
+        axes.plot([], [], "s", color=shade, label=f"agrees at {100 * item:.0f} %")
+    points = [item.at(fit.computed.x[:, axis]) for item, axis in zip(ranges, (first, second), strict=True)]
     axes.plot(*points, ".", markersize=2.0, color="#555555", label="computed")
-    best = [each.at(found.best[axis : axis + 1]) for each, axis in zip(ranges, (first, second), strict=True)]
-    axes.plot(*best, "*", markersize=7.0, color=COLORS[1], label="best" if found.reached else "nearest")
-    for name, own in zip("xy", ranges, strict=True):
-        look = {"label": _label(own), "scale": "log" if own.logarithmic else "linear", "lim": (own.low, own.high)}
+    best = [item.at(fit.best[axis : axis + 1]) for item, axis in zip(ranges, (first, second), strict=True)]
+    axes.plot(*best, "*", markersize=7.0, color=COLORS[1], label="best" if fit.reached else "nearest")
+    for name, parameter in zip("xy", ranges, strict=True):
+        look = {
+            "label": _label(parameter),
+            "scale": "log" if parameter.logarithmic else "linear",
+            "lim": (parameter.low, parameter.high),
+        }
         axes.set(**{f"{name}{key}": value for key, value in look.items()})
-        if own.logarithmic:
+        if parameter.logarithmic:
             set_few_ticks(getattr(axes, f"{name}axis"))
 
 
-def _draw_parameter_fit(found: Fit) -> Figure:
+def _draw_parameter_fit(fit: Fit) -> Figure:
     """Draw a fit of a single parameter: each number over it, the measured number as a band, and the parameter's
     interval."""
     grid = np.linspace(0.0, 1.0, 4 * FINE)[:, None]
-    means, errors = found.predict(grid)
-    x = found.ranges[0].at(grid[:, 0])
-    with column(0.4 + 1.9 * len(found.targets), WIDTH) as figure:
-        panels = figure.subplots(len(found.targets), squeeze=False, sharex=True).ravel()
-        for number, (axes, target) in enumerate(zip(panels, found.targets, strict=True)):
+    means, errors = fit.predict(grid)
+    x = fit.ranges[0].at(grid[:, 0])
+    with column(0.4 + 1.9 * len(fit.targets), WIDTH) as figure:
+        panels = figure.subplots(len(fit.targets), squeeze=False, sharex=True).ravel()
+        for number, (axes, target) in enumerate(zip(panels, fit.targets, strict=True)):
             for level, shade in zip(LEVELS, _SHADES, strict=True):
                 label_of = f"agrees at {100 * level:.0f} %"
-                for ends in filter(None, found.intervals(0, level)):
+                for ends in filter(None, fit.intervals(0, level)):
                     axes.axvspan(*ends, color=shade, alpha=0.35, label=label_of, linewidth=0.0)
                     label_of = ""
             low, high = target.value - target.error, target.value + target.error
@@ -154,13 +158,13 @@ def _draw_parameter_fit(found: Fit) -> Figure:
             mean, error = means[:, number], errors[:, number]
             axes.plot(x, mean, color=COLORS[0])
             axes.fill_between(x, mean - 2.0 * error, mean + 2.0 * error, color=COLORS[0], alpha=0.2, linewidth=0.0)
-            places, values = found.ranges[0].at(found.computed.x[:, 0]), found.computed.values[:, number]
+            places, values = fit.ranges[0].at(fit.computed.x[:, 0]), fit.computed.values[:, number]
             axes.plot(places, values, ".", markersize=2.5, color="#555555", label="computed")
-            axes.set(ylabel=target.name, xscale="log" if found.ranges[0].logarithmic else "linear")
-        panels[-1].set_xlabel(_label(found.ranges[0]))
+            axes.set(ylabel=target.name, xscale="log" if fit.ranges[0].logarithmic else "linear")
+        panels[-1].set_xlabel(_label(fit.ranges[0]))
         legend(figure)
     return figure
 
 
-def _label(own: Range) -> str:
-    return typeset(label(names_by_word().get(own.name, own.name)))
+def _label(parameter: Range) -> str:
+    return typeset(label(names_by_word().get(parameter.name, parameter.name)))

@@ -129,50 +129,50 @@ def indices(
 
     values: NaN of holes. errors: the ± of each, NaN where it is not known. most: values that a surrogate is made of.
     """
-    axes = [find_axis(name, each) for name, each in columns.items()]
-    found = _count_cases(of, columns, values, errors)
+    axes = [find_axis(name, column) for name, column in columns.items()]
+    answer = _count_cases(of, columns, values, errors)
     tied = _tied(axes, columns)
     if tied or len(axes) < 2:
-        return replace(found, unknown=tied or "only one parameter differs from case to case")
+        return replace(answer, unknown=tied or "only one parameter differs from case to case")
     table = _table(axes, columns, values, errors)
     if table is not None:
         is_alike = np.ptp(values) <= ALIKE * np.abs(values).max()
-        if found.noise >= 1.0 or is_alike:
-            return replace(found, unknown="its values are alike, within their ± or rounding")
+        if answer.noise >= 1.0 or is_alike:
+            return replace(answer, unknown="its values are alike, within their ± or rounding")
         first, total = _table_indices(*table)
-        return replace(found, first=first, total=total, scatter=0.0, predictivity=1.0, complete=True)
+        return replace(answer, first=first, total=total, scatter=0.0, predictivity=1.0, complete=True)
     places = [axis.places(columns[axis.name]) for axis in axes]
     try:
         surrogate = regress(np.hstack(places), values, errors, most)
     except TooFewError as error:
-        return replace(found, unknown=str(error))
+        return replace(answer, unknown=str(error))
     scatter = (surrogate.scatter / surrogate.scale) ** 2
-    found = replace(found, scatter=scatter, predictivity=surrogate.predictivity)
+    answer = replace(answer, scatter=scatter, predictivity=surrogate.predictivity)
     if surrogate.predictivity < LEAST_PREDICTED:
         # Down to a tenth of a percent, as 79.97 % are not the 80 % that are needed.
         thousandths = math.floor(1000.0 * max(surrogate.predictivity, 0.0))
         share = f"{thousandths / 10.0:g} %"
         least = f"{100.0 * LEAST_PREDICTED:.0f} %"
         why = f"a smooth dependence predicts {share} of the variance of cases left out, and {least} are needed"
-        return replace(found, unknown=f"{why}: add cases, or members")
+        return replace(answer, unknown=f"{why}: add cases, or members")
     # Levels are finitely many combinations, of which all are evaluated; ranges are integrated by points.
     has_levels = all(axis.levels for axis in axes)
     draw_indices = _level_indices if has_levels else _range_indices
     first, total = draw_indices(axes, surrogate)
     missed = float(np.clip(1.0 - surrogate.predictivity, scatter, 1.0))
-    return replace(found, first=_interval(first, missed), total=_interval(total, missed))
+    return replace(answer, first=_interval(first, missed), total=_interval(total, missed))
 
 
 def _count_cases(of: str, columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats) -> Sensitivity:
     """A sensitivity whose indices are unknown so far: counts of cases, and the share of the ± in the variance."""
     is_known = np.isfinite(values)
-    known = values[is_known]
+    values_known = values[is_known]
     noise = np.nan
-    if np.isfinite(errors[is_known]).any() and np.ptp(known) > 0.0:
+    if np.isfinite(errors[is_known]).any() and np.ptp(values_known) > 0.0:
         # The squares of numbers near the largest float overflow: noise is then infinite.
         with np.errstate(over="ignore"):
             variance_of_error = np.nanmean(errors[is_known] ** 2)
-            noise = float(variance_of_error / np.var(known))
+            noise = float(variance_of_error / np.var(values_known))
     unsure = is_known & np.isnan(errors)
     none = np.full((len(columns), 3), np.nan)
     return Sensitivity(
@@ -220,8 +220,8 @@ def _set_indices(axes: Sequence[Axis], surrogate: Surrogate, seed: int) -> tuple
         return paths(np.hstack(places))
 
     draw = np.random.default_rng(seed)
-    found = scipy.stats.sobol_indices(func=evaluate, n=POINTS, dists=evenly, rng=draw)
-    return found.first_order, found.total_order
+    sobol = scipy.stats.sobol_indices(func=evaluate, n=POINTS, dists=evenly, rng=draw)
+    return sobol.first_order, sobol.total_order
 
 
 def _tied(axes: Sequence[Axis], columns: Mapping[str, NDArray[Any]]) -> str:
@@ -257,9 +257,9 @@ def _table(
     if len(np.unique(order)) < len(order):
         return None
     back = np.argsort(order)
-    known = errors[np.isfinite(errors)]
+    known_errors = errors[np.isfinite(errors)]
     # An unknown ± counts as the others do: with none at all its case would look exact.
-    usual = float(np.sqrt(np.mean(known**2))) if len(known) else 0.0
+    usual = float(np.sqrt(np.mean(known_errors**2))) if len(known_errors) else 0.0
     errors = np.nan_to_num(errors[back], nan=usual)
     return values[back].reshape(shape), errors.reshape(shape)
 
@@ -291,13 +291,13 @@ def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:
         # variance about their common mean.
         return max(float(means.var()) - noise * (means.size - 1) / size, 0.0)
 
-    whole = max(variance(table), 1e-300)
+    total_variance = max(variance(table), 1e-300)
     # First: variance of the means at each level of the axis. Total: all that is no variance of the means over the axis.
     first, total = [], []
     for axis in every:
         others = tuple(other for other in every if other != axis)
-        first.append(variance(table.mean(axis=others)) / whole)
-        total.append(1.0 - variance(table.mean(axis=axis)) / whole)
+        first.append(variance(table.mean(axis=others)) / total_variance)
+        total.append(1.0 - variance(table.mean(axis=axis)) / total_variance)
     return np.clip(first, 0.0, 1.0), np.clip(total, 0.0, 1.0)
 
 
@@ -325,7 +325,7 @@ def values_of_members(dataset: xr.Dataset, points: Points) -> list[NDArray[Any]]
 
 def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
     """Standard deviation over the members of each of all points, also where the mean has no ±; NaN of fewer than two members."""
-    return np.array([_deviation(each[np.isfinite(each)]) for each in values_of_members(dataset, points)])
+    return np.array([_deviation(members[np.isfinite(members)]) for members in values_of_members(dataset, points)])
 
 
 def point_errors(points: Points, spread: Floats) -> Floats:
@@ -369,26 +369,26 @@ def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST_REGRESSED) -> Sen
     return indices(points.name, points.axes, points.values.astype(float), errors, most)
 
 
-def caution(found: Sensitivity) -> str:
+def caution(answer: Sensitivity) -> str:
     """State the certainty of the indices, in sentences, or why they are unknown."""
-    points = f"all {found.known} points"
-    if found.holes:
-        points = f"{found.known} of {found.known + found.holes} points"
-    if found.unknown:
-        return f"What {found.of} depends on is not known from {points}: {found.unknown}."
+    points = f"all {answer.known} points"
+    if answer.holes:
+        points = f"{answer.known} of {answer.known + answer.holes} points"
+    if answer.unknown:
+        return f"What {answer.of} depends on is not known from {points}: {answer.unknown}."
     how = "a complete table"
-    if not found.complete:
-        share = f"{100.0 * found.predictivity:.3g} %"
+    if not answer.complete:
+        share = f"{100.0 * answer.predictivity:.3g} %"
         how = f"by a Gaussian process, which predicts {share} of the variance of cases left out, beyond their ±"
     told = [f"From {points}, {how}"]
-    if np.isfinite(found.noise):
-        told.append(f"{100.0 * found.noise:.2g} % of the variance is that of the ±, and in no index")
-        if found.unsure:
-            told.append(f"{found.unsure} have no ±: that of the others counts for them")
+    if np.isfinite(answer.noise):
+        told.append(f"{100.0 * answer.noise:.2g} % of the variance is that of the ±, and in no index")
+        if answer.unsure:
+            told.append(f"{answer.unsure} have no ±: that of the others counts for them")
     else:
         told.append("no ± is known")
-    if found.scatter > LEAST_SCATTER:
-        told.append(f"{100.0 * found.scatter:.2g} % is scatter without a smooth dependence, and in no index")
+    if answer.scatter > LEAST_SCATTER:
+        told.append(f"{100.0 * answer.scatter:.2g} % is scatter without a smooth dependence, and in no index")
     return "; ".join(told) + "."
 
 

@@ -197,8 +197,8 @@ def regress(
     largest = scale * ALIKE**-0.5
     errors = np.minimum(errors, largest) / scale
     together = np.minimum(together, largest) / scale
-    own = errors**2 - together**2
-    stated = np.diag(own) + np.outer(together, together)
+    stated_squares = errors**2 - together**2
+    stated = np.diag(stated_squares) + np.outer(together, together)
     some = _pick_evenly(len(y), MOST_LEARNT)
     kernel, likeliest = _likeliest(x[some], residual[some], stated[np.ix_(some, some)])
     lengths, (amplitude, scatter) = likeliest[:-2], likeliest[-2:].tolist()
@@ -216,16 +216,16 @@ def regress(
     left_out[chosen] = missed_values / np.sqrt(variances)
     surprise = float(np.sqrt(np.mean(squares / variances)))
     # Of what is missed the ± explains its variance; the rest is known no better than the mean of so many squares.
-    known = float(own.mean())
+    stated_square = float(stated_squares.mean())
     standard_error = float(squares.std()) / len(x) ** 0.5
-    missed = max(float(squares.mean()) - known, standard_error)
+    missed = max(float(squares.mean()) - stated_square, standard_error)
     # Residuals have the variance 1.
-    share = 1.0 - missed / max(1.0 - known, 1e-12)
+    share = 1.0 - missed / max(1.0 - stated_square, 1e-12)
     own_scatter = scale * scatter**0.5
     return Surrogate(
         x,
         residual,
-        own + unexplained,
+        stated_squares + unexplained,
         together,
         kernel,
         lengths,
@@ -246,11 +246,11 @@ def _pick_evenly(count: int, most: int) -> NDArray[np.int_]:
     return places.astype(int)
 
 
-def _share(part: Floats, whole: Floats) -> Floats:
+def _share(part: Floats, all_parts: Floats) -> Floats:
     """Each part of an error over the whole, 0 where either is unknown."""
-    known = np.isfinite(part) & (whole > 0.0)
-    shares = np.zeros_like(whole)
-    np.divide(part, whole, out=shares, where=known)
+    is_defined = np.isfinite(part) & (all_parts > 0.0)
+    shares = np.zeros_like(all_parts)
+    np.divide(part, all_parts, out=shares, where=is_defined)
     return np.clip(shares, 0.0, 1.0)
 
 
@@ -261,13 +261,13 @@ def _smooth_errors(x: Floats, errors: Floats) -> Floats:
     then large as well, so that weights by each own ± would favour low ones. The mean logarithm of a Student ± of n members is
     that of the true standard error to 3 % for any n: its factor and the mean logarithm of χ cancel.
     """
-    known = np.isfinite(errors) & (errors > 0.0)
-    if known.sum() < FEWEST_VALUES:
+    is_known = np.isfinite(errors) & (errors > 0.0)
+    if is_known.sum() < FEWEST_VALUES:
         return np.nan_to_num(errors)
-    logs = np.log(errors[known])
+    logs = np.log(errors[is_known])
     unknown = np.full(len(logs), np.nan)
     try:
-        smooth, _ = regress(x[known], logs, unknown).predict(x)
+        smooth, _ = regress(x[is_known], logs, unknown).predict(x)
     # All values are alike.
     except TooFewError:
         return np.full(len(errors), np.exp(logs[0]))

@@ -189,13 +189,13 @@ def parse_value(key: str, text: str, scales: Scales | None) -> Value:
     """
     # A shell's user types True as Python has it; TOML has true alone.
     is_switch = text.lower() in ("true", "false")
-    given = number_or_text(text.lower() if is_switch else text)
+    typed = number_or_text(text.lower() if is_switch else text)
     name, of_cases, of_drives = names_by_word().get(key, key), parameters_of_a_case(), drive_parameters()
     stated = of_drives.get(name) or of_cases.get(name)
     if not stated:
-        return given
+        return typed
     # Drives are in SI: their values have no scale.
-    value: Value = plain(key, given, stated, scales if name in of_cases else None)
+    value: Value = plain(key, typed, stated, scales if name in of_cases else None)
     return value
 
 
@@ -208,16 +208,16 @@ def tables() -> dict[str, tuple[str, ...]]:
     return {table: table_words(table) for table in TABLES} | others
 
 
-def make_campaign(given: Mapping[str, str], contact: bool = False, drive: bool = False) -> dict[str, Any]:
+def make_campaign(texts: Mapping[str, str], contact: bool = False, drive: bool = False) -> dict[str, Any]:
     """The content of a campaign file with one case and at most one drive. Values are checked where it is read.
 
-    given: key -> value as text. contact: stop after initial contact. drive: pull the pin by the default drive, as any key of a
+    texts: key -> value as text. contact: stop after initial contact. drive: pull the pin by the default drive, as any key of a
     drive does. Raises ManifestError with every key that is unknown, or of a drive if `contact`.
     """
     places: dict[str, str] = {}
     for table, keys in tables().items():
         places |= dict.fromkeys(keys, table)
-    values = {key: number_or_text(text) for key, text in given.items()}
+    values = {key: number_or_text(text) for key, text in texts.items()}
     problems = []
     for key, value in values.items():
         remark = _advice(key, places, contact)

@@ -75,10 +75,10 @@ AS_UTF_8: Final = partial(str, encoding="utf-8-sig")
 """Text from UTF-8, with a mark of its order or without. Raises UnicodeDecodeError."""
 
 
-def read_text(path: Path, given: str | None = None, decode: Callable[[bytes], str] = AS_UTF_8) -> str:
-    """The text of a file, UTF-8 by default, or `given`, the file's text. Raises ManifestError if it cannot be read."""
-    if given is not None:
-        return given
+def read_text(path: Path, content: str | None = None, decode: Callable[[bytes], str] = AS_UTF_8) -> str:
+    """The text of a file, UTF-8 by default, or `content`, the file's text. Raises ManifestError if it cannot be read."""
+    if content is not None:
+        return content
     if not one_line(str(path)):
         raise ManifestError.in_file(path, remark="name of a file", need=ONE_LINE)
     try:
@@ -94,9 +94,9 @@ def read_text(path: Path, given: str | None = None, decode: Callable[[bytes], st
         raise ManifestError.in_file(path, remark=f"cannot be read: {reason}") from None
 
 
-def read_table(path: Path, given: str | None) -> CaseTable:
-    """Read a table of cases from its file, or from `given`, the file's text. Raises ManifestError with one line per problem."""
-    text = read_text(path, given, decode_text)
+def read_table(path: Path, content: str | None) -> CaseTable:
+    """Read a table of cases from its file, or from `content`, the file's text. Raises ManifestError with one line per problem."""
+    text = read_text(path, content, decode_text)
     lines = _lines(path, text)
     if len(lines) < 2:
         raise ManifestError.in_file(path, "a header of parameters and at least one case", f"{len(lines)} lines")
@@ -145,9 +145,9 @@ class FileRows:
     value: tuple[Any, ...]
 
 
-def read_rows(word: str, path: Path, given: str | None) -> FileRows:
-    """The value of a parameter from its file, or from `given`, the file's text. Raises ManifestError with a line per problem."""
-    text = read_text(path, given, decode_text)
+def read_rows(word: str, path: Path, content: str | None) -> FileRows:
+    """The value of a parameter from its file, or from `content`, its text. Raises ManifestError with a line per problem."""
+    text = read_text(path, content, decode_text)
     lines, stated = _lines(path, text), file_parameters()[word]
     header = ",".join(stated.columns)
     first_line, first_cells = lines[0] if lines else (1, [])
@@ -165,13 +165,13 @@ def read_rows(word: str, path: Path, given: str | None) -> FileRows:
             good[line] = row if len(row) > 1 else row[0]
     value = tuple(good.values())
     # Numbers that are valid one by one may be none as a whole: positions that do not increase, or a single point.
-    whole = find_refusal(make_case, {word: value})
-    if not value or whole:
+    refusal = find_refusal(make_case, {word: value})
+    if not value or refusal:
         of_whole: dict[int, str] = {}
         # What no line by itself explains is said at the last one, where the list ends too early.
         if not needs:
             last_line, _ = lines[-1]
-            of_whole[last_line] = whole.need if value and whole else "numbers below its header"
+            of_whole[last_line] = refusal.need if value and refusal else "numbers below its header"
         needs |= _needs_by_line(word, good) or of_whole
     if needs:
         shown = {line: quote_toml(",".join(cells)) for line, cells in lines}
@@ -183,12 +183,12 @@ def read_rows(word: str, path: Path, given: str | None) -> FileRows:
     return FileRows(text, value)
 
 
-def read_legs(path: Path, given: str | None, units: tuple[float, float]) -> FileRows:
-    """Points of a path from its file, or from `given`, the file's text. Raises ManifestError.
+def read_legs(path: Path, content: str | None, units: tuple[float, float]) -> FileRows:
+    """Points of a path from its file, or from `content`, the file's text. Raises ManifestError.
 
     Displacements are in L_x and loads over normal_load if the header has no units. units: L_x in m, normal_load in N.
     """
-    text = read_text(path, given, decode_text)
+    text = read_text(path, content, decode_text)
     try:
         source = read_columns(path, text)
         places = [source.find_column(name) for name in file_parameters()["legs"].columns]
@@ -243,16 +243,18 @@ ONE_LOAD: Final = "one normal_load in [constants], or loads over normal_load"
 """Condition of loads in N along a path."""
 
 
-def parse_loads(given: Any, unit: float) -> Any:
+def parse_loads(entries: Any, unit: float) -> Any:
     """A list of loads over normal_load from numbers and texts as "50 N". Raises InvalidInput.
 
     unit: normal_load in N.
     """
-    require("load", given, isinstance(given, list), "a list of loads along a path; the load on the pin is normal_load")
+    require(
+        "load", entries, isinstance(entries, list), "a list of loads along a path; the load on the pin is normal_load"
+    )
     in_newton = Parameter("load", unit="N")
-    numbers = [plain("load", value, in_newton) for value in given]
+    numbers = [plain("load", value, in_newton) for value in entries]
     loads = []
-    for value, number in zip(given, numbers, strict=True):
+    for value, number in zip(entries, numbers, strict=True):
         # `plain` returns the very value that it is given unless that has a unit: numbers are over normal_load already.
         if value is number:
             loads.append(number)
@@ -262,12 +264,12 @@ def parse_loads(given: Any, unit: float) -> Any:
     return loads
 
 
-def _needs_by_line(word: str, given: Mapping[int, Any]) -> dict[int, str]:
+def _needs_by_line(word: str, values: Mapping[int, Any]) -> dict[int, str]:
     """Line -> what its value needs after the last right one."""
     last: tuple[Any, ...] = ()
     needs = {}
     # Two neighbours decide whether a line is in order: all lines up to each would take the square of their number.
-    for line, value in given.items():
+    for line, value in values.items():
         wrong = find_refusal(make_case, {word: (*last, value)}) if last else None
         if wrong:
             needs[line] = wrong.need
@@ -370,12 +372,12 @@ class Checker:
             self.refuse(key_shown(word), value, remark=remark, table=table)
         return good
 
-    def lists(self, table: str, content: Mapping[str, Any], known: Collection[str]) -> Iterator[tuple[str, list[Any]]]:
+    def lists(self, table: str, content: Mapping[str, Any], words: Collection[str]) -> Iterator[tuple[str, list[Any]]]:
         """The axes of a table, with their values. Unknown words are refused, and entries that are no list of
         values."""
         for word, values in content.items():
-            if word not in known:
-                self.refuse(key_shown(word), values, remark=unknown(word, known), table=table)
+            if word not in words:
+                self.refuse(key_shown(word), values, remark=unknown(word, words), table=table)
             elif isinstance(values, list) and values:
                 yield word, values
             else:
@@ -433,15 +435,15 @@ class Checker:
             return None
         return given._replace(value=value)
 
-    def to_si(self, where: str, content: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:
+    def to_si(self, where: str, content: Mapping[str, Any], parameters: Mapping[str, Parameter]) -> dict[str, Any]:
         """Entries of a table in SI, with numbers in the units of their keys; invalid ones are refused."""
         in_si = {}
         for key, value in content.items():
             # An unknown key stays, and is refused with the table: this is about units alone.
-            if key not in known:
+            if key not in parameters:
                 in_si[key] = value
                 continue
-            entry = self._plain(known[key], None, Given(self.place(where), key, value))
+            entry = self._plain(parameters[key], None, Given(self.place(where), key, value))
             if entry:
                 in_si[key] = entry.value
         return in_si

@@ -67,8 +67,8 @@ class About:
         return {name: text for name, text in attributes.items() if text}
 
 
-def _is_line(given: Any) -> bool:
-    return isinstance(given, str) and bool(given.strip()) and one_line(given)
+def _is_line(value: Any) -> bool:
+    return isinstance(value, str) and bool(value.strip()) and one_line(value)
 
 
 # The drives of a campaign, which are given in SI, and their conversion to the solver's units.
@@ -166,13 +166,13 @@ def drive_parameters() -> Mapping[str, Parameter]:
     return {**declared(NamedDrive), **parameters_of_a_drive()}
 
 
-def drive_sizes(given: Mapping[str, Sequence[Any]]) -> list[str]:
+def drive_sizes(settings: Mapping[str, Sequence[Any]]) -> list[str]:
     """Pin mass, spring, damping and stage velocity of drives in SI, as `m = 500 g`; missing ones are left out."""
     lines = []
     # Parameters without a symbol may be words, as `profile` is, and have no size.
     symbolic = {name: stated for name, stated in drive_parameters().items() if stated.symbol}
     for name, stated in symbolic.items():
-        values = [value for value in given.get(name, ()) if math.isfinite(value)]
+        values = [value for value in settings.get(name, ()) if math.isfinite(value)]
         if not values:
             continue
         unit = "" if stated.unit == "1" else as_written(stated.unit)

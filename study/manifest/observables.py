@@ -85,9 +85,9 @@ def explain_docstring(docstring: str | None, name: str) -> Explained:
     # Each becomes an attribute of a dataset, of one line, without characters that a terminal would obey.
     lines = [printable(part, LONGEST_MESSAGE) for part in (first.rstrip(" ."), rest)]
     meaning, comment = (" ".join(line.split()) for line in lines)
-    given = _UNIT.fullmatch(meaning)
-    if given and math.isfinite(factor(given[2], given[2])):
-        return Explained(given[1].rstrip(" ."), comment, given[2])
+    with_unit = _UNIT.fullmatch(meaning)
+    if with_unit and math.isfinite(factor(with_unit[2], with_unit[2])):
+        return Explained(with_unit[1].rstrip(" ."), comment, with_unit[2])
     return Explained(meaning or name.replace("_", " "), comment, "")
 
 
@@ -113,33 +113,33 @@ class Reference(NamedTuple):
         return f"{self.module}.py"
 
 
-def parse_reference(given: Any) -> Reference:
+def parse_reference(value: Any) -> Reference:
     """The reference that a text `module:function` is. Raises InvalidInput."""
-    text = given if isinstance(given, str) else ""
+    text = value if isinstance(value, str) else ""
     module, _, name = text.partition(":")
-    require(KEY, given, _is_name(module) and _is_name(name), REFERENCE)
+    require(KEY, value, _is_name(module) and _is_name(name), REFERENCE)
     return Reference(module, name)
 
 
-def require_references(given: Any) -> tuple[str, ...]:
+def require_references(values: Any) -> tuple[str, ...]:
     """The references of a list. Raises InvalidInput unless each is `module:function`, each function's name once."""
-    require(KEY, given, isinstance(given, list | tuple), REFERENCE)
+    require(KEY, values, isinstance(values, list | tuple), REFERENCE)
     names = set[str]()
     # The function's name alone is the variable of the dataset: of two files they must not collide.
-    for reference in given:
+    for reference in values:
         name = parse_reference(reference).name
         require(KEY, reference, name not in names, f"another name: {name} is there twice")
         names.add(name)
-    return tuple(given)
+    return tuple(values)
 
 
-def source_files(given: Any) -> list[str]:
+def source_files(references: Any) -> list[str]:
     """Files that a list of references names, each once; none if it is no such list."""
     try:
-        require_references(given)
+        require_references(references)
     except InvalidInput:
         return []
-    files = [parse_reference(reference).file for reference in given]
+    files = [parse_reference(reference).file for reference in references]
     return list(dict.fromkeys(files))
 
 

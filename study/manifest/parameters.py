@@ -46,9 +46,9 @@ def spellings(symbols: Mapping[Name, str]) -> dict[Name, set[str]]:
 def with_symbol(word: str, symbols: Mapping[Name, str]) -> list[Name]:
     """The names with this symbol, in Greek or Latin letters: all of it, as `R/L_x`; else without its unit."""
     spelt = spellings(symbols)
-    whole = [name for name, words in spelt.items() if word in words]
-    if whole:
-        return whole
+    exact = [name for name, words in spelt.items() if word in words]
+    if exact:
+        return exact
     names = []
     for name, words in spelt.items():
         numerators = {spelling.partition("/")[0] for spelling in words}
@@ -261,9 +261,9 @@ def has_unit(value: Any) -> bool:
 
 def twice(value: str) -> str:
     """Twice a quantity that has a unit, in the same unit."""
-    given = _QUANTITY.fullmatch(value)
-    assert given is not None
-    return f"{2 * Decimal(given[1])} {given[2]}"
+    match = _QUANTITY.fullmatch(value)
+    assert match is not None
+    return f"{2 * Decimal(match[1])} {match[2]}"
 
 
 def _convert_unit(number: str, unit: str, into: str, scales: Scales | None) -> Decimal:
@@ -278,18 +278,18 @@ def _convert_unit(number: str, unit: str, into: str, scales: Scales | None) -> D
         return per_depth * Decimal(str(scales.slab_depth))
 
 
-def resembles_ball(given: Mapping[str, Any]) -> bool:
+def resembles_ball(table: Mapping[str, Any]) -> bool:
     """True if keys of a campaign, as typed, suggest a ball where a cylinder is computed.
 
     That is a radius as a length, with scales but no depth, in plane strain.
     """
-    radii, names, pins = (np.ravel(given.get(key, "")).tolist() for key in ("radius", "scheme", "pin"))
+    radii, names, pins = (np.ravel(table.get(key, "")).tolist() for key in ("radius", "scheme", "pin"))
     schemes = [SCHEMES[name] for name in names if name in SCHEMES]
     # A number over the width is typed by people who know the model; a flat punch has no radius, and a chain no depth.
     a_length = any(map(has_unit, radii))
     plane_strain = not any("y" in scheme.LAYOUT.AXES or not scheme.continuum for scheme in schemes)
-    scaled = bool({"slab_width", "shear_modulus", YOUNG} & given.keys())
-    return a_length and plane_strain and scaled and "slab_depth" not in given and "flat_punch" not in pins
+    scaled = bool({"slab_width", "shear_modulus", YOUNG} & table.keys())
+    return a_length and plane_strain and scaled and "slab_depth" not in table and "flat_punch" not in pins
 
 
 def largest_half_width(top: Mapping[str, Any], scales: Scales) -> float:
@@ -297,22 +297,22 @@ def largest_half_width(top: Mapping[str, Any], scales: Scales) -> float:
 
     On a plane of nodes only: in a row the width is that of the slab itself.
     """
-    given: dict[str, list[Any]] = {}
+    values_by_name: dict[str, list[Any]] = {}
     for table in ("numerics", "constants", "axes"):
         for word, value in top.get(table, {}).items():
             name = names_by_word().get(word, word)
             values = list(value.values()) if isinstance(value, dict) else value
-            given[name] = values if isinstance(values, list) else [values]
-    schemes = given.get("scheme", [])
+            values_by_name[name] = values if isinstance(values, list) else [values]
+    schemes = values_by_name.get("scheme", [])
     planes = [name in SCHEMES and "y" in SCHEMES[name].LAYOUT.AXES for name in map(str, schemes)]
-    punches = "flat_punch" in given.get("pin", [])
+    punches = "flat_punch" in values_by_name.get("pin", [])
     has_modulus = bool({"shear_modulus", YOUNG} & top.get("scales", {}).keys())
     if punches or not planes or not all(planes) or not has_modulus:
         return math.nan
-    radius = _largest_size(given.get("radius", []), "m")
-    load = _largest_size(given.get("normal_load", []), "N")
+    radius = _largest_size(values_by_name.get("radius", []), "m")
+    load = _largest_size(values_by_name.get("normal_load", []), "N")
     is_ratio = parameters_of_a_case()["poisson"].holds
-    ratios = [value for value in given.get("poisson", []) if isinstance(value, float) and is_ratio(value)]
+    ratios = [value for value in values_by_name.get("poisson", []) if isinstance(value, float) and is_ratio(value)]
     # The softest flat has the least ν. With 1 m for L_x lengths are in m, and loads in G·m².
     poisson = min(ratios, default=Slab().poisson)
     contact = smooth_contact(SCHEMES[schemes[0]].LAYOUT)

@@ -310,8 +310,8 @@ def manifest_hash(text: str, files: Mapping[str, str]) -> str:
     """Hash (SHA-256) of the text of a campaign file, followed by the texts of its files in `FILE_KEYS`."""
     # In the order of FILE_KEYS, not of the campaign: a dataset keeps the texts by key, and is verified from those alone.
     texts = [files[key] for key in FILE_KEYS if key in files]
-    whole = "".join([text, *texts])
-    return hashlib.sha256(whole.encode()).hexdigest()
+    joined = "".join([text, *texts])
+    return hashlib.sha256(joined.encode()).hexdigest()
 
 
 def files_in_campaign(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
@@ -519,8 +519,8 @@ class _Reader(NamedFiles):
 
         columns: of its table of cases.
         """
-        known = {**declared(Scales), YOUNG: YOUNG_MODULUS}
-        content = self.to_si("scales", top.get("scales", {}), known)
+        parameters = {**declared(Scales), YOUNG: YOUNG_MODULUS}
+        content = self.to_si("scales", top.get("scales", {}), parameters)
         if YOUNG in content:
             modulus = content.pop(YOUNG)
             poisson = top.get("constants", {}).get("poisson", Slab().poisson)
@@ -652,18 +652,18 @@ def sample_axes(checker: Checker, top: Mapping[str, Any], sizes: SceneSizes) -> 
     return columns
 
 
-def _range(checker: Checker, word: str, given: Any, sizes: SceneSizes) -> Callable[[float], Any] | None:
+def _range(checker: Checker, word: str, axis_entry: Any, sizes: SceneSizes) -> Callable[[float], Any] | None:
     """Function from a number in [0, 1) to a value of an axis; None if refused."""
-    place, is_list = checker.place("axes"), isinstance(given, list) and given
+    place, is_list = checker.place("axes"), isinstance(axis_entry, list) and axis_entry
     if word not in axes():
-        checker.refuse(key_shown(word), given, remark=unknown(word, axes()), table="axes")
+        checker.refuse(key_shown(word), axis_entry, remark=unknown(word, axes()), table="axes")
         return None
-    is_range = isinstance(given, dict) and {"from", "to"} <= given.keys() <= {"from", "to", "scale"}
+    is_range = isinstance(axis_entry, dict) and {"from", "to"} <= axis_entry.keys() <= {"from", "to", "scale"}
     if not is_list and not is_range:
         need = 'a range, {from = 20, to = 400, scale = "log"}, or a list of values'
-        checker.refuse(word, given, need, table="axes")
+        checker.refuse(word, axis_entry, need, table="axes")
         return None
-    ends = given if is_list else [given["from"], given["to"]]
+    ends = axis_entry if is_list else [axis_entry["from"], axis_entry["to"]]
     entries = [Given(place, word, end) for end in ends]
     plain_entries = checker.plain({word: entries}, sizes)[word]
     # An end that has no number has been refused by itself: nothing is left to say about the range.
@@ -674,10 +674,10 @@ def _range(checker: Checker, word: str, given: Any, sizes: SceneSizes) -> Callab
         # share < 1, so that the last value has as large a part of the draws as each other.
         return lambda share: values[int(share * len(values))]
     low, high = values
-    scale = given.get("scale", "linear")
+    scale = axis_entry.get("scale", "linear")
     need = _range_need(names_by_word()[word], low, high, scale)
     if need:
-        checker.refuse(word, given, need, table="axes")
+        checker.refuse(word, axis_entry, need, table="axes")
         return None
     return _interpolation(low, high, scale)
 
@@ -716,8 +716,8 @@ def sample_design(design: str, axes: int, count: int, seed: int) -> Floats:
     if design == "sobol":
         # A sequence of Sobol' is balanced at powers of two only: draw the next one, and keep its first points.
         power = math.ceil(math.log2(count))
-        whole: Floats = qmc.Sobol(axes, seed=seed).random_base2(power)
-        return whole[:count]
+        samples: Floats = qmc.Sobol(axes, seed=seed).random_base2(power)
+        return samples[:count]
     hypercube = qmc.LatinHypercube(axes, seed=seed)
     return np.asarray(hypercube.random(count))
 
@@ -749,7 +749,7 @@ def _spread_path(top: dict[str, Any]) -> None:
     # A stroke is a length, an amplitude a number of presliding lengths: with a unit it can only be half a stroke.
     if amplitudes and all(map(has_unit, amplitudes)) and "stroke" not in path:
         del path["amplitude"]
-        strokes = [twice(each) for each in amplitudes]
+        strokes = [twice(half_stroke) for half_stroke in amplitudes]
         path["stroke"] = strokes if isinstance(amplitude, list) else strokes[0]
     listed = {word: value for word, value in path.items() if isinstance(value, list) and word in axes()}
     # A word that [axes] has, too, stays in both, where `one_place` refuses it.

@@ -134,18 +134,18 @@ _STATED: Final = re.compile(r"^#[ \t]*(Width|Height|Value units):[ \t]*+(.*\S)",
 """Size and unit of an image above its matrix of heights, as Gwyddion writes them."""
 
 
-def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
+def read_surface(path: Path, text: str, named: NamedSurface) -> Surface:
     """A profile from its file's text, one from right to left is turned; or an image. Raises InvalidInput with line and value."""
     stated = dict(_STATED.findall(text))
-    is_matrix = bool(given.pixel) or {"Width", "Height"} <= stated.keys()
+    is_matrix = bool(named.pixel) or {"Width", "Height"} <= stated.keys()
     source = columns.read_columns(path, text, titled=not is_matrix)
     names = {column.name.casefold() for column in source.columns}
-    if is_matrix or given.y or {"x", "y", "z"} <= names or _is_xyz(source):
-        return _read_image(source, given, stated if is_matrix else None)
+    if is_matrix or named.y or {"x", "y", "z"} <= names or _is_xyz(source):
+        return _read_image(source, named, stated if is_matrix else None)
     chosen = [_column(source, _LATERAL, 0), _column(source, _HEIGHT, 1)]
     lateral, vertical = (source.columns[number] for number in chosen)
-    across = _column_scale("x", given.x, lateral)
-    up = _column_scale("z", given.z, vertical)
+    across = _column_scale("x", named.x, lateral)
+    up = _column_scale("z", named.z, vertical)
     rows = source.rows(chosen)
     # Beyond that the squares of a fit overflow: a wrong unit is named by its line, before any arithmetic.
     metres = np.abs(rows.values) * [[across], [up]]
@@ -167,7 +167,7 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     x = _centre(along[turn] * across)
     height = profile.others[0][turn] * up
     # "none" is -1, "mean" 0, "line" 1, "parabola" 2.
-    degree = get_args(Detrend).index(given.detrend) - 1
+    degree = get_args(Detrend).index(named.detrend) - 1
     if degree >= 0:
         trend = np.polynomial.Polynomial.fit(x, height, degree)
         height = height - trend(x)
@@ -190,12 +190,12 @@ def _is_xyz(source: columns.FileColumns) -> bool:
     return min(along, across) > 1 and 2 * len(x) > along * across
 
 
-def _read_image(source: columns.FileColumns, given: NamedSurface, stated: Mapping[str, str] | None) -> Surface:
+def _read_image(source: columns.FileColumns, named: NamedSurface, stated: Mapping[str, str] | None) -> Surface:
     """An image from a matrix of heights with the header above it, or from columns x, y, z in any order."""
-    image = _from_columns(source, given) if stated is None else _matrix(source, given, stated)
-    height, filled = _fill_holes(image.height, given.missing)
+    image = _from_columns(source, named) if stated is None else _matrix(source, named, stated)
+    height, filled = _fill_holes(image.height, named.missing)
     x, y = _centre(image.xi), _centre(image.y)
-    degree = get_args(Detrend).index(given.detrend) - 1
+    degree = get_args(Detrend).index(named.detrend) - 1
     if degree < 0:
         return Surface(x, height, source, y=y, filled=filled)
     # All products x^i y^j with i + j up to the degree: 1; x, y; x², xy, y². Over the half-widths they are of the same size,
@@ -209,15 +209,15 @@ def _read_image(source: columns.FileColumns, given: NamedSurface, stated: Mappin
     return Surface(x, level, source, y=y, filled=filled)
 
 
-def _matrix(source: columns.FileColumns, given: NamedSurface, stated: Mapping[str, str]) -> Image:
-    require("x", given.x, not (given.x or given.y), "no unit of x or y of a matrix")
+def _matrix(source: columns.FileColumns, named: NamedSurface, stated: Mapping[str, str]) -> Image:
+    require("x", named.x, not (named.x or named.y), "no unit of x or y of a matrix")
     values = np.array([column.values for column in source.columns]).T
     heights = columns.FileColumn("heights", stated.get("Value units", ""), values)
     # A header that states sizes states a unit of heights, too; without a header they are in m.
-    usual = "m" if given.pixel else ""
-    height = values * _column_scale("z", given.z, heights, usual)
+    usual = "m" if named.pixel else ""
+    height = values * _column_scale("z", named.z, heights, usual)
     counts = height.shape[::-1]
-    spacings = zip(_apart(given.pixel, stated, counts), counts, strict=True)
+    spacings = zip(_apart(named.pixel, stated, counts), counts, strict=True)
     x, y = (apart * np.arange(float(count)) for apart, count in spacings)
     # A line that is left out would shift all lines below it by one pixel.
     if source.left_out.number or source.below:
@@ -231,10 +231,10 @@ def _apart(pixel: str, stated: Mapping[str, str], counts: tuple[int, ...]) -> It
 
     Raises InvalidInput where a file states another spacing than the given one.
     """
-    given = _length("pixel", pixel) if pixel else math.nan
+    pixel_size = _length("pixel", pixel) if pixel else math.nan
     for name, count in zip(("Width", "Height"), counts, strict=True):
         if name not in stated:
-            yield given
+            yield pixel_size
             continue
         size = _length(name, stated[name].replace(",", "."))
         by_heights = size / count
@@ -242,8 +242,8 @@ def _apart(pixel: str, stated: Mapping[str, str], counts: tuple[int, ...]) -> It
         by_intervals = size / max(count - 1, 1)
         least, most = by_heights * (1.0 - PIXEL_ROUNDING), by_intervals * (1.0 + PIXEL_ROUNDING)
         need = f"{compact(by_heights, 'm')}, as the file states ({name}: {stated[name]}), or no pixel"
-        require("pixel", pixel, not pixel or least <= given <= most, need)
-        yield given if pixel else by_heights
+        require("pixel", pixel, not pixel or least <= pixel_size <= most, need)
+        yield pixel_size if pixel else by_heights
 
 
 PIXEL_ROUNDING: Final = 5e-3
@@ -258,7 +258,7 @@ def _length(key: str, text: str) -> float:
     return float(size)
 
 
-def _from_columns(source: columns.FileColumns, given: NamedSurface) -> Image:
+def _from_columns(source: columns.FileColumns, named: NamedSurface) -> Image:
     lengths = [number for number, column in enumerate(source.columns) if _may_be_length(column)]
     by_name = {source.columns[number].name.casefold(): number for number in lengths}
     chosen = lengths
@@ -269,7 +269,7 @@ def _from_columns(source: columns.FileColumns, given: NamedSurface) -> Image:
     metres = []
     for name, number in zip("xyz", chosen, strict=True):
         column = source.columns[number]
-        metres.append(column.values * _column_scale(name, getattr(given, name), column))
+        metres.append(column.values * _column_scale(name, getattr(named, name), column))
     x, y, height = metres
     # A point without a place is on no grid; a place without a height is a hole, which may be filled.
     has_place = np.isfinite(x) & np.isfinite(y)
@@ -358,9 +358,9 @@ def _fill_smoothly(height: Floats, holes: NDArray[np.bool_]) -> Floats:
                 columns_.append(int(numbers[place]))
                 values.append(-1.0)
     matrix = scipy.sparse.csc_array((values, (rows, columns_)), shape=(count, count))
-    whole = height.copy()
-    whole[holes] = scipy.sparse.linalg.spsolve(matrix, right)
-    return whole
+    filled = height.copy()
+    filled[holes] = scipy.sparse.linalg.spsolve(matrix, right)
+    return filled
 
 
 def _neighbours(line: int, column: int, shape: tuple[int, ...]) -> list[tuple[int, int]]:
@@ -370,9 +370,9 @@ def _neighbours(line: int, column: int, shape: tuple[int, ...]) -> list[tuple[in
     return [(row, place) for row, place in places if 0 <= row < lines and 0 <= place < columns_]
 
 
-def _column_scale(key: str, given: str, column: columns.FileColumn, usual: str = "m") -> float:
+def _column_scale(key: str, unit_stated: str, column: columns.FileColumn, usual: str = "m") -> float:
     """Metres per unit of a column. Raises InvalidInput if its unit is no length and none is given."""
-    unit = columns.column_unit(key, given, column, usual)
+    unit = columns.column_unit(key, unit_stated, column, usual)
     require(key, unit, columns.unit_factor(unit, "m") > 0.0, "a unit of length, as nm")
     return columns.unit_factor(unit, "m")
 

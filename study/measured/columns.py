@@ -237,10 +237,10 @@ class FileColumns:
         sure = [place for place, name in enumerate(names) if name in words]
         # A part of a name only if no name is the word: `F` is a column beside `F normal`.
         part = wanted.casefold()
-        found = sure or [place for place, name in enumerate(names) if part in name]
-        if len(found) != 1:
+        places = sure or [place for place, name in enumerate(names) if part in name]
+        if len(places) != 1:
             raise InvalidInput("column", wanted, f"one of {self}")
-        return found[0]
+        return places[0]
 
 
 class Rows(NamedTuple):
@@ -285,11 +285,11 @@ def read_columns(path: Path, text: str, titled: bool = True) -> FileColumns:
     numbers = (place for place in range(rows[0]) if _has_numbers_alone(cells[place], parsed[place]))
     start = rows[0] if titled else next(numbers, rows[0])
     between = sorted({*range(start, rows[-1] + 1)} - {*rows})
-    left = [lines[place] for place in between if not _is_comment(lines[place][1])]
+    unread = [lines[place] for place in between if not _is_comment(lines[place][1])]
     # More lines left out than read: what was taken for the numbers is a part of something else.
-    if len(left) > len(rows):
+    if len(unread) > len(rows):
         need = f"{width} columns of numbers, as line {lines[rows[0]][0]}"
-        raise InvalidInput(f"line {left[0][0]}: {quote_value(left[0][1])}: needs {need}")
+        raise InvalidInput(f"line {unread[0][0]}: {quote_value(unread[0][1])}: needs {need}")
     has_numbers = np.isfinite(values).any(axis=0)
     wide = int(np.flatnonzero(has_numbers)[-1]) + 1  # a separator at the end of lines makes an empty column
     above = [line for _, line in lines[: first * titled]]
@@ -299,8 +299,8 @@ def read_columns(path: Path, text: str, titled: bool = True) -> FileColumns:
     numbers_of_lines = np.array([lines[place][0] for place in rows])
     behind = [line for _, line in lines[rows[-1] + 1 :]]
     below = sum(not _is_comment(line) for line in behind)
-    line_number, words = left[0] if left else (0, "")
-    omitted = OmittedLines(len(left), line_number, words)
+    line_number, words = unread[0] if unread else (0, "")
+    omitted = OmittedLines(len(unread), line_number, words)
     separator, *_ = _SEPARATORS[kind]
     return FileColumns(columns, numbers_of_lines, separator, rows[0], below, omitted)
 
@@ -372,12 +372,12 @@ def _is_header(values: Floats) -> bool:
 
 def _titles(above: Sequence[str], kind: int, width: int, values: Floats) -> list[tuple[str, str]]:
     """Name and unit of each column, from the last lines above the numbers: names, perhaps with units, or names over units."""
-    found: list[str] = []
+    titles: list[str] = []
     if above:
-        found = _labels(above[-1], kind, width, values)
-    if not found or any(map(_NUMBER.fullmatch, found)):
+        titles = _labels(above[-1], kind, width, values)
+    if not titles or any(map(_NUMBER.fullmatch, titles)):
         return [("", "")] * width
-    bare = [_strip_brackets(label) for label in found]
+    bare = [_strip_brackets(label) for label in titles]
     names: list[str] = []
     if len(above) > 1:
         names = _labels(above[-2], kind, width, values)
@@ -387,13 +387,13 @@ def _titles(above: Sequence[str], kind: int, width: int, values: Floats) -> list
     are_units = bool(names) and any(dimensions) and all(map(is_unit, stated))
     if any(bare) and (all(dimensions) or are_units):
         return list(zip(names or [""] * width, bare, strict=True))
-    return [_title(label) for label in found]
+    return [_title(label) for label in titles]
 
 
 def _strip_brackets(label: str) -> str:
     """The unit of a label that is a unit in brackets, else the label."""
-    found = _IN_BRACKETS.fullmatch(label)
-    return found[2] if found and not found[1] else label
+    match = _IN_BRACKETS.fullmatch(label)
+    return match[2] if match and not match[1] else label
 
 
 def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
@@ -404,22 +404,24 @@ def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
     ways = (_SEPARATORS[kind][1], *_IN_HEADERS)
     plain = _SECTION.sub("", text.strip("\r\n "), count=1)
     split = [_split_labels(way, plain) for way in ways]
-    own = split[0]
-    if kind != _SPACES and len(own) > width:
-        return own[:width]
+    first_labels = split[0]
+    if kind != _SPACES and len(first_labels) > width:
+        return first_labels[:width]
     if fitting := [labels for labels in split if len(labels) == width]:
         return fitting[0]
-    if not 2 <= len(own) < width:
+    if not 2 <= len(first_labels) < width:
         return []
     # Commas without spaces: decimal commas would divide each number in two.
     if _SEPARATORS[kind] == _SEPARATORS[3]:
-        raise InvalidInput(f"{quote_value(line)}: {len(own)} names above {width} columns: are there decimal commas?")
+        raise InvalidInput(
+            f"{quote_value(line)}: {len(first_labels)} names above {width} columns: are there decimal commas?"
+        )
     # R's tables have no name above row names, which are numbers in a row.
     is_counted = (np.diff(values[:, 0]) == 1.0).all()
-    if len(own) == width - 1 and is_counted:
-        return ["", *own]
-    unnamed = [""] * (width - len(own))
-    return [*own, *unnamed]
+    if len(first_labels) == width - 1 and is_counted:
+        return ["", *first_labels]
+    unnamed = [""] * (width - len(first_labels))
+    return [*first_labels, *unnamed]
 
 
 def _split_labels(separator: re.Pattern[str], text: str) -> list[str]:
@@ -433,12 +435,12 @@ def _split_labels(separator: re.Pattern[str], text: str) -> list[str]:
 def _title(label: str) -> tuple[str, str]:
     """Name and unit of a label: `time [s]`, `F (mN)`, `t/ms`, `x_um`, `Weg in mm`. Square brackets always hold a unit."""
     short = " ".join(label.split())
-    found = _IN_BRACKETS.fullmatch(short)
-    if found and (found[2] in ("", "1", "-") or label.endswith("]") or is_unit(found[2])):
-        return found[1], found[2]
-    found = _UNIT_BEHIND.fullmatch(short)
-    if found and unit_dimension(found[2]):
-        return found[1], found[2]
+    match = _IN_BRACKETS.fullmatch(short)
+    if match and (match[2] in ("", "1", "-") or label.endswith("]") or is_unit(match[2])):
+        return match[1], match[2]
+    match = _UNIT_BEHIND.fullmatch(short)
+    if match and unit_dimension(match[2]):
+        return match[1], match[2]
     return label, ""
 
 
@@ -464,15 +466,15 @@ def unit_factor(unit: str, into: str) -> float:
     return scale
 
 
-def column_unit(key: str, given: str, column: FileColumn, usual: str) -> str:
+def column_unit(key: str, stated: str, column: FileColumn, usual: str) -> str:
     """The unit of a column: given, that of its header, or the usual one. Raises InvalidInput if the first two differ."""
     if column.unit in ("", "1", "-"):
-        return given or column.unit.replace("-", "1") or usual
-    scale = unit_factor(given, column.dimension) if given else math.nan
+        return stated or column.unit.replace("-", "1") or usual
+    scale = unit_factor(stated, column.dimension) if stated else math.nan
     if not column.dimension or math.isnan(scale):
-        return given or column.unit
+        return stated or column.unit
     if not math.isclose(scale, unit_factor(column.unit, column.dimension)):
-        raise InvalidInput(f"{key} = {quote_value(given)}: the header has {column.name} in {column.unit}")
+        raise InvalidInput(f"{key} = {quote_value(stated)}: the header has {column.name} in {column.unit}")
     return column.unit
 
 

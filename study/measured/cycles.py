@@ -163,25 +163,25 @@ def find_common_misfit(cycles: Sequence[Cycle]) -> float:
     return norm if between > by_chance * within and norm > of_search else 0.0
 
 
-def fit_cycles(averages: Averaged, whole: list[int], rates: list[float], damping: float | None) -> FittedCycles:
+def fit_cycles(averages: Averaged, whole_slips: list[int], rates: list[float], damping: float | None) -> FittedCycles:
     """Fit Eq. 16-19 to slips, with a cell that rings after each if this explains a misfit that all slips share.
 
-    Fits that leave the measured forces and their noise are none. whole: numbers of slips whose samples have no gap.
+    Fits that leave the measured forces and their noise are none. whole_slips: numbers of slips whose samples have no gap.
     """
-    count = min(len(whole), MOST_CYCLES)
-    places = np.linspace(0, len(whole) - 1, count)
-    chosen = [whole[int(place)] for place in places]
-    cut = sorted({*range(min(whole, default=0), max(whole, default=0))} - {*whole})
-    found = _fit_chosen(averages, chosen, rates, damping, None)._replace(cut=cut)
-    knows_damping = bool(found.damping.of) or found.given
-    if not knows_damping or not find_common_misfit(found.cycles):
-        return found
-    cell = _guess_cell(averages, found, rates, damping)
+    count = min(len(whole_slips), MOST_CYCLES)
+    places = np.linspace(0, len(whole_slips) - 1, count)
+    chosen = [whole_slips[int(place)] for place in places]
+    cut = sorted({*range(min(whole_slips, default=0), max(whole_slips, default=0))} - {*whole_slips})
+    fitted = _fit_chosen(averages, chosen, rates, damping, None)._replace(cut=cut)
+    knows_damping = bool(fitted.damping.of) or fitted.given
+    if not knows_damping or not find_common_misfit(fitted.cycles):
+        return fitted
+    cell = _guess_cell(averages, fitted, rates, damping)
     with_cell = _fit_chosen(averages, chosen, rates, damping, cell)
     # A cell has two more unknowns: it counts only if nothing in common is left, and no slip is lost for it.
-    fits_as_many = len(with_cell.cycles) >= len(found.cycles)
+    fits_as_many = len(with_cell.cycles) >= len(fitted.cycles)
     explains = fits_as_many and not find_common_misfit(with_cell.cycles)
-    return with_cell._replace(cut=cut) if explains else found
+    return with_cell._replace(cut=cut) if explains else fitted
 
 
 def _fit_chosen(
@@ -207,25 +207,25 @@ def _fit_chosen(
         free = fit(Unknowns(damping, cell, fits_cell=cell is not None))
     # The fall of a slip takes about half a natural period: its samples show the damping if they are RESOLVED or more.
     resolved = 2.0 * RESOLVED * float(np.median(np.diff(at)))
-    own = {number: cycle for number, cycle in free.items() if cycle.period >= resolved}
+    resolved_cycles = {number: cycle for number, cycle in free.items() if cycle.period >= resolved}
     # Of few slips alone the damping is that of the few that happen to fit.
-    own = own if 2 * len(own) >= len(chosen) else {}
-    known = Measured(math.nan if damping is None else damping, math.nan, 0)
-    if own and damping is None:
-        known = mean_with_error([cycle.damping for cycle in own.values()], "1")
-        known = known._replace(value=max(known.value, 0.0))
-    cells = [cycle.cell for cycle in own.values() if cycle.cell]
+    resolved_cycles = resolved_cycles if 2 * len(resolved_cycles) >= len(chosen) else {}
+    damping_of_cycles = Measured(math.nan if damping is None else damping, math.nan, 0)
+    if resolved_cycles and damping is None:
+        damping_of_cycles = mean_with_error([cycle.damping for cycle in resolved_cycles.values()], "1")
+        damping_of_cycles = damping_of_cycles._replace(value=max(damping_of_cycles.value, 0.0))
+    cells = [cycle.cell for cycle in resolved_cycles.values() if cycle.cell]
     cell = _mean_cell(cells)
-    common_damping = known.value if math.isfinite(known.value) else 0.0
-    found = fit(Unknowns(common_damping, cell))
-    kept = [number for number in found if number in own or not own]
+    common_damping = damping_of_cycles.value if math.isfinite(damping_of_cycles.value) else 0.0
+    fits = fit(Unknowns(common_damping, cell))
+    kept = [number for number in fits if number in resolved_cycles or not resolved_cycles]
     if 2 * len(kept) < len(chosen):  # the model is not that of this force
         none = mean_with_error([], "1")
         return FittedCycles([], [], [], none, chosen, damping is not None, samples)
     unlike = [number for number in chosen if number not in kept]
-    freely = [own[number] for number in kept if number in own]
-    cycles = [found[number] for number in kept]
-    return FittedCycles(cycles, freely, kept, known, unlike, damping is not None, samples, cell)
+    freely = [resolved_cycles[number] for number in kept if number in resolved_cycles]
+    cycles = [fits[number] for number in kept]
+    return FittedCycles(cycles, freely, kept, damping_of_cycles, unlike, damping is not None, samples, cell)
 
 
 def _mean_cell(cells: Sequence[Cell]) -> Cell | None:
@@ -236,10 +236,10 @@ def _mean_cell(cells: Sequence[Cell]) -> Cell | None:
     return Cell(float(frequency), float(damping))
 
 
-def _guess_cell(averages: Averaged, found: FittedCycles, rates: list[float], damping: float | None) -> Cell | None:
+def _guess_cell(averages: Averaged, fitted: FittedCycles, rates: list[float], damping: float | None) -> Cell | None:
     """The cell that fits the middle one of the slips best, looked for from each octave above the pin's frequency on."""
-    middle = len(found.cycles) // 2
-    number, cycle = found.chosen[middle], found.cycles[middle]
+    middle = len(fitted.cycles) // 2
+    number, cycle = fitted.chosen[middle], fitted.cycles[middle]
     sampling = float(np.median(np.diff(averages.trace.at)))
     fastest = math.pi / sampling  # Nyquist's angular frequency
     # A start in the wrong octave ends in a minimum that is not the deepest one: each octave is tried.
@@ -430,13 +430,13 @@ def _motion(
     return _Motion(force, pin, static, float(stop), trough)
 
 
-def _read_by_cell(time: Floats, motion: _Motion, rate: float, cell: Cell, left: complex) -> Floats:
+def _read_by_cell(time: Floats, motion: _Motion, rate: float, cell: Cell, amplitude: complex) -> Floats:
     """Reading z of a cell, z'' + 2ζωz' + ω²z = ω²F, of the force F of a pin that sticks, slips and sticks again.
 
     Along a line of F the reading is the same line, later by 2ζ/ω. While the pin slides F is F_k and a part A·exp(λτ),
     which the cell reads times ω²/(λ² + 2ζωλ + ω²). Where one follows the other the cell begins to ring so that z and z'
     go on.
-    left: what rings from earlier slips, at the first time.
+    amplitude: what rings from earlier slips, at the first time.
     """
     pin = motion.pin
     start = pin.time
@@ -468,7 +468,7 @@ def _read_by_cell(time: Floats, motion: _Motion, rate: float, cell: Cell, left: 
     behind = motion.trough - late + rate * (time - stop) + ringing.real
     from_start = np.where(time < stop, sliding, behind)
     read = np.where(time < start, before, from_start)
-    still: Floats = (left * np.exp(rings.pole * (time - time[0]))).real
+    still: Floats = (amplitude * np.exp(rings.pole * (time - time[0]))).real
     return read + still
 
 
@@ -529,12 +529,12 @@ def ring_down(at: Floats, force: Floats, begin: int, peaks: list[int], level: fl
     low[4], high[4] = 0.0, 0.9  # ζ
     steps = np.full(6, 1e-6)
     best = scipy.optimize.least_squares(misfit, guess, bounds=(low, high), diff_step=steps, max_nfev=100)
-    left = float(np.mean(best.fun**2))
-    if left > LEAST_DROP**2:
+    remainder = float(np.mean(best.fun**2))
+    if remainder > LEAST_DROP**2:
         return None
     slopes = np.asarray(best.jac)
     # Covariance of least squares: (JᵀJ)⁻¹ times the mean squared residual.
     covariance = np.linalg.pinv(slopes.T @ slopes)
-    errors = scale * np.sqrt(np.diag(covariance) * left)
+    errors = scale * np.sqrt(np.diag(covariance) * remainder)
     static_force = float(best.x[1] * scale[1])
     return StaticForce(static_force, float(errors[1]))

@@ -98,14 +98,14 @@ def _drop_rings(averages: Averaged) -> tuple[list[TraceSlip], list[float]]:
     at, force = averages.trace.at, averages.trace.force
     ended = [slip for slip in find_slips(force, NOISE * averages.noise) if slip.peak > 0 and slip.ended]
     lows = [0, *(slip.trough for slip in ended)]
-    known = [not averages.has_gap(slip.peak, slip.trough) for slip in ended]
-    found = list(compress(ended, known))
-    if not found:
+    is_complete = [not averages.has_gap(slip.peak, slip.trough) for slip in ended]
+    complete = list(compress(ended, is_complete))
+    if not complete:
         return [], []
-    lows = list(compress(lows, known))
-    rises = np.array([rise_rate(at, force, low, slip.peak) for low, slip in zip(lows, found, strict=False)])
-    lasts = np.array([at[slip.peak] - at[low] for low, slip in zip(lows, found, strict=False)])
-    gaps = np.array([averages.has_gap(low, slip.peak) for low, slip in zip(lows, found, strict=False)])
+    lows = list(compress(lows, is_complete))
+    rises = np.array([rise_rate(at, force, low, slip.peak) for low, slip in zip(lows, complete, strict=False)])
+    lasts = np.array([at[slip.peak] - at[low] for low, slip in zip(lows, complete, strict=False)])
+    gaps = np.array([averages.has_gap(low, slip.peak) for low, slip in zip(lows, complete, strict=False)])
     lasts[gaps & ~gaps.all()] = 0.0  # they tell nothing beside others
     order = np.argsort(rises)
     passed = np.cumsum(lasts[order])
@@ -113,7 +113,7 @@ def _drop_rings(averages: Averaged) -> tuple[list[TraceSlip], list[float]]:
     usual = float(rises[order][half])
     kept = np.flatnonzero((rises <= FASTER_THAN_PULL * usual) | gaps)
     rises[gaps] = math.nan
-    return [found[place] for place in kept], rises[kept].tolist()
+    return [complete[place] for place in kept], rises[kept].tolist()
 
 
 def _peak_force(at: Floats, force: Floats, low: int, peak: int) -> float:
@@ -148,15 +148,15 @@ def event_numbers(events: Sequence[TraceEvents], unit: str, over: str) -> dict[s
     """
     members = list(events) if len(events) > 1 else _batches(events[0])
     count = sum(len(of_trace.drop) for of_trace in events)
-    found = {"sized_events": Measured(float(count), math.nan, 0)}
+    numbers = {"sized_events": Measured(float(count), math.nan, 0)}
     place = "s" if over == "time" else "m"
-    found |= _size_numbers("drop", [member.drop for member in members], unit)
-    found |= _size_numbers("step", [member.step for member in members], place)
+    numbers |= _size_numbers("drop", [member.drop for member in members], unit)
+    numbers |= _size_numbers("step", [member.step for member in members], place)
     steps = np.concatenate([of_trace.step for of_trace in events])
-    known = steps[np.isfinite(steps)]
-    if len(known) > 1:
-        variation = float(known.std() / known.mean())
-        found["step_variation"] = Measured(variation, math.nan, len(known))
+    finite = steps[np.isfinite(steps)]
+    if len(finite) > 1:
+        variation = float(finite.std() / finite.mean())
+        numbers["step_variation"] = Measured(variation, math.nan, len(finite))
     # Pairs within each trace: the last event of one file is no neighbour of the first of the next.
     pairs = {
         "drop_correlation": [(of_trace.drop[:-1], of_trace.drop[1:]) for of_trace in events],
@@ -172,8 +172,8 @@ def event_numbers(events: Sequence[TraceEvents], unit: str, over: str) -> dict[s
         if math.isfinite(value):
             # Of m independent pairs it is 0 with a standard error of 1/√(m - 1).
             error = 1.0 / math.sqrt(count - 1.0)
-            found[name] = Measured(value, error, count)
-    return found
+            numbers[name] = Measured(value, error, count)
+    return numbers
 
 
 def _batches(events: TraceEvents) -> list[TraceEvents]:
@@ -187,13 +187,13 @@ def _size_numbers(name: str, members: Sequence[Floats], unit: str) -> dict[str, 
     if not sizes.count:
         return {}
     largest = Measured(sizes.largest, math.nan, 0, unit)
-    known = _finite_part(np.concatenate(members))
-    found = {f"{name}_mean": mean_with_error(known, unit), f"{name}_largest": largest}
+    finite = _finite_part(np.concatenate(members))
+    numbers = {f"{name}_mean": mean_with_error(finite, unit), f"{name}_largest": largest}
     if math.isfinite(sizes.exponent):
-        found[f"{name}_exponent"] = Measured(sizes.exponent, sizes.exponent_uncertainty, sizes.tail)
-        found[f"{name}_cutoff"] = Measured(sizes.cutoff, math.nan, 0, unit)
-        found[f"{name}_goodness"] = Measured(sizes.goodness, math.nan, 0)
-    return found
+        numbers[f"{name}_exponent"] = Measured(sizes.exponent, sizes.exponent_uncertainty, sizes.tail)
+        numbers[f"{name}_cutoff"] = Measured(sizes.cutoff, math.nan, 0, unit)
+        numbers[f"{name}_goodness"] = Measured(sizes.goodness, math.nan, 0)
+    return numbers
 
 
 def _finite_part(values: Floats) -> Floats:
@@ -227,7 +227,7 @@ def events_as_csv(events: Mapping[str, TraceEvents], units: Mapping[str, EventUn
     """Events of each file as CSV: a row for each, in units of the header. Files with other units have their own header."""
     rows: list[Sequence[object]] = []
     header: Sequence[object] = ()
-    for file, found in events.items():
+    for file, file_events in events.items():
         unit = units[file]
         of_force = "" if unit.force == "1" else f" [{unit.force}]"
         begins = "time" if unit.place == "s" else "displacement"
@@ -242,8 +242,8 @@ def events_as_csv(events: Mapping[str, TraceEvents], units: Mapping[str, EventUn
         if needed != header:
             header = needed
             rows.append(header)
-        stiffness = found.rise * unit.per_rate
-        columns = (found.at, found.force, found.drop, found.recurrence, stiffness)
+        stiffness = file_events.rise * unit.per_rate
+        columns = (file_events.at, file_events.force, file_events.drop, file_events.recurrence, stiffness)
         for numbers in zip(*columns, strict=True):
             cells = ["" if math.isnan(number) else f"{number:.9g}" for number in numbers]
             rows.append([file, *cells])

@@ -94,13 +94,13 @@ def whole_strokes(position: Floats, at: Floats | None = None) -> list[LoopStroke
         least[0] = max(least[0], lengths[1] - open_ends)
         least[-1] = max(least[-1], lengths[-2] - open_ends)
     far = [stroke for stroke, length, most in zip(strokes, lengths, least, strict=True) if length > most]
-    found = [stroke for stroke in far if stroke.last - stroke.first >= FEWEST_POINTS]
+    strokes_with_points = [stroke for stroke in far if stroke.last - stroke.first >= FEWEST_POINTS]
     if at is None:
-        return found
+        return strokes_with_points
     usual = float(np.median(np.diff(at[turns])))
     gaps = find_gaps(at, usual)
     # Beside a gap it is not known where the stage turned.
-    return [stroke for stroke in found if not gaps[max(stroke.first - 1, 0) : stroke.last + 1].any()]
+    return [stroke for stroke in strokes_with_points if not gaps[max(stroke.first - 1, 0) : stroke.last + 1].any()]
 
 
 def measure_loops(
@@ -172,7 +172,7 @@ def measure_loops(
     if state == "slides" and len(widths.values):
         mean_width, mean_end = float(widths.values.mean()), float(ends.values.mean())
         stretching = 1.0 - mean_width / mean_end
-    found = {
+    all_numbers = {
         "cycle_energy": energy,
         "mid_stroke_friction": middles.mean(unit) if stretching <= MIDDLE[0] else None,
         "turn_friction": swings.mean(unit),
@@ -183,8 +183,8 @@ def measure_loops(
         "slip_amplitude": widths.mean("m") if state == "slides" else None,
         "energy_ratio": ratio,
     }
-    known = {name: number for name, number in found.items() if number is not None}
-    numbers = {name: number for name, number in known.items() if number.of}
+    present = {name: number for name, number in all_numbers.items() if number is not None}
+    numbers = {name: number for name, number in present.items() if number.of}
     rigid = stiffness.of > 0 and not contact.of
     return Loops(numbers, state, rigid, begins_at_rest, stretching, position, force, tuple(strokes), works.freedom)
 
@@ -214,9 +214,9 @@ class StrokeNumbers(NamedTuple):
 
         Where a stroke is without samples there, it is left out.
         """
-        there = np.isfinite(values)
-        kept, signs = values[there], ways[there]
-        order = np.flatnonzero(there).astype(float)
+        is_finite = np.isfinite(values)
+        kept, signs = values[is_finite], ways[is_finite]
+        order = np.flatnonzero(is_finite).astype(float)
         if len(kept) < 2 or np.ptp(signs) == 0.0:
             return cls(np.empty(0), 1)
         columns = [np.ones(len(kept)), signs]
@@ -238,15 +238,15 @@ class StrokeNumbers(NamedTuple):
 
     def mean(self, unit: str) -> Measured:
         """The mean with its ±: none of as many strokes as were fitted."""
-        found = mean_with_error(self.values, unit)
+        mean = mean_with_error(self.values, unit)
         count = len(self.values)
         if count <= self.fitted:
-            return found._replace(uncertainty=math.nan)
+            return mean._replace(uncertainty=math.nan)
         # Fitted unknowns leave less scatter, and fewer degrees of freedom for Student's t.
         free = count - self.fitted + 1
         scatter_ratio = math.sqrt((count - 1.0) / (free - 1.0))
         wider = scatter_ratio * float(student(free) / student(count))
-        return found._replace(uncertainty=wider * found.uncertainty)
+        return mean._replace(uncertainty=wider * mean.uncertainty)
 
 
 def _forces_along_strokes(position: Floats, force: Floats, strokes: Sequence[LoopStroke]) -> Floats:
@@ -271,9 +271,9 @@ def _work(position: Floats, force: Floats, stroke: LoopStroke) -> float:
 
 def _shares(position: Floats, stroke: LoopStroke) -> Floats:
     """Shares of a stroke's way at its samples."""
-    own = position[stroke.first : stroke.last + 1]
-    length = own[-1] - own[0]
-    shares: Floats = (own - own[0]) / length
+    places = position[stroke.first : stroke.last + 1]
+    length = places[-1] - places[0]
+    shares: Floats = (places - places[0]) / length
     return shares
 
 
@@ -288,34 +288,34 @@ def _mean_within_shares(position: Floats, force: Floats, stroke: LoopStroke, low
 def _value_at_turn(position: Floats, values: Floats, stroke: LoopStroke) -> float:
     """Force or position at the end of a stroke: by a parabola over time through the samples before it."""
     last = _shares(position, stroke) >= NEAR_TURN
-    own = values[stroke.first : stroke.last + 1][last]
-    if len(own) <= 3:
-        return float(own[-1])
+    stroke_values = values[stroke.first : stroke.last + 1][last]
+    if len(stroke_values) <= 3:
+        return float(stroke_values[-1])
     before = np.flatnonzero(last) - float(stroke.last - stroke.first)
-    parabola = np.polynomial.Polynomial.fit(before, own, 2)
+    parabola = np.polynomial.Polynomial.fit(before, stroke_values, 2)
     return float(parabola(0.0))
 
 
 def _place_of_zero(position: Floats, force: Floats, stroke: LoopStroke) -> float:
     """The position where the force of a stroke passes zero for the first time; of noise the middle of all such places."""
     samples = slice(stroke.first, stroke.last + 1)
-    forces, own = force[samples], position[samples]
+    forces, positions = force[samples], position[samples]
     signs = stroke.way * forces >= 0.0
     passed = np.flatnonzero(~signs[:-1] & signs[1:])
     if not len(passed):
-        return float(own[0])
+        return float(positions[0])
     near = passed[passed < passed[0] + FEWEST_POINTS]
-    way, rise = np.diff(own), np.diff(forces)
+    way, rise = np.diff(positions), np.diff(forces)
     # Each by a line to the next sample.
     to_zero = forces[near] * way[near] / rise[near]
-    places = own[near] - to_zero
+    places = positions[near] - to_zero
     return float(np.median(places))
 
 
 def _slope_after_turn(position: Floats, force: Floats, stroke: LoopStroke) -> float:
     """Slope of the force after the turn with which a stroke begins, while its contact sticks; NaN of too few samples."""
     forces = stroke.way * force[stroke.first : stroke.last + 1]
-    own = position[stroke.first : stroke.last + 1]
+    places = position[stroke.first : stroke.last + 1]
     level = float(np.median(forces[len(forces) // 2 :]))
     # While the contact sticks the force only rises: the nearest such line is without most of the noise.
     rising = scipy.optimize.isotonic_regression(forces).x
@@ -330,7 +330,7 @@ def _slope_after_turn(position: Floats, force: Floats, stroke: LoopStroke) -> fl
     # Both over time: a fit over positions would take their noise for way, and find a slope that is too small.
     order = within - within.mean()
     rise = float(order @ forces[within])
-    way = float(order @ own[within])
+    way = float(order @ places[within])
     return stroke.way * rise / way if way else math.nan
 
 

@@ -170,20 +170,20 @@ class TraceOptions(NamedTuple):
     columns: Sequence[str] = ()
 
 
-def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> Trace:  # noqa: B008  frozen
+def read_trace(path: Path, text: str, options: TraceOptions = TraceOptions()) -> Trace:  # noqa: B008  frozen
     """A trace from its file's text. Raises InvalidInput with line and value."""
     source = read_columns(path, text)
-    columns = _column_positions(source, given)
+    columns = _column_positions(source, options)
     at = source.columns[columns.at]
     force = source.columns[columns.force]
-    named_displacement = not given.time and _role(at) == "displacement"
-    is_displacement = bool(given.displacement) or named_displacement
+    named_displacement = not options.time and _role(at) == "displacement"
+    is_displacement = bool(options.displacement) or named_displacement
     over = "displacement" if is_displacement else "time"
-    if columns.position is not None and given.displacement:
+    if columns.position is not None and options.displacement:
         over = "time"  # a stage that turns
-    own = given.displacement if over == "displacement" else given.time
-    scale = _scale_of_place(over, own, at)
-    up, unit = _scale_of_force(force, given.force)
+    unit_stated = options.displacement if over == "displacement" else options.time
+    scale = _scale_of_place(over, unit_stated, at)
+    up, unit = _scale_of_force(force, options.force)
     places = columns.places()
     rows = source.rows(places)
     count = len(rows.lines)
@@ -193,9 +193,9 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     if over == "displacement":
         rows = _rows_along_way(rows)
     goes = "goes on" if over == "time" else "goes one way: one stroke"
-    found = one_way(rows, over, goes, turns=over == "displacement")
-    spikes = outliers(found.others[0])
-    others = found.others[:, ~spikes]
+    selected = one_way(rows, over, goes, turns=over == "displacement")
+    spikes = outliers(selected.others[0])
+    others = selected.others[:, ~spikes]
     values = dict(zip(places[1:], others, strict=False))
     measured = values[columns.force]
     # Some cells count the other way.
@@ -207,14 +207,14 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
         load_column = source.columns[columns.load]
         load = values[columns.load] * _scale_of_load(load_column, unit)
     if turning:
-        position = found.others[-1][~spikes] * scale
+        position = selected.others[-1][~spikes] * scale
     elif columns.position is not None:
         column = source.columns[columns.position]
-        position = values[columns.position] * _scale_of_place("displacement", given.displacement, column)
-    taken = tuple(source.columns[place].name for place in places)
+        position = values[columns.position] * _scale_of_place("displacement", options.displacement, column)
+    names = tuple(source.columns[place].name for place in places)
     spike_count = int(spikes.sum())
-    facts = TraceSource(source, taken, found, rows.holes, spike_count)
-    places_in_si = found.at[~spikes] * scale
+    facts = TraceSource(source, names, selected, rows.holes, spike_count)
+    places_in_si = selected.at[~spikes] * scale
     forces = sign * measured * up
     return Trace(places_in_si, forces, over, unit, load, facts, position)
 
@@ -301,10 +301,10 @@ def _rows_along_way(rows: Rows) -> Rows:
     return rows._replace(values=np.array([way, *others]))
 
 
-def _scale_of_place(key: str, given: str, column: FileColumn) -> float:
+def _scale_of_place(key: str, stated: str, column: FileColumn) -> float:
     """Factor to SI of the unit of a time or a displacement."""
     si = "m" if key == "displacement" else "s"
-    unit = column_unit(key, given, column, si)
+    unit = column_unit(key, stated, column, si)
     scale = unit_factor(unit, si)
     need = "a unit of time, as ms" if key == "time" else "a unit of length, as um"
     require(key, unit, scale > 0.0, need)
@@ -314,21 +314,21 @@ def _scale_of_place(key: str, given: str, column: FileColumn) -> float:
 def _scale_of_load(column: FileColumn, unit: str) -> float:
     """Factor to SI of the unit of a normal load, or of a normal stress beside a shear stress."""
     si = "Pa" if unit == "Pa" else "N"
-    own = column_unit("load", "", column, si)
-    scale = unit_factor(own, si)
+    load_unit = column_unit("load", "", column, si)
+    scale = unit_factor(load_unit, si)
     need = "a unit of stress, as MPa" if si == "Pa" else "a unit of force, as mN"
-    require("load", own, scale > 0.0, need)
+    require("load", load_unit, scale > 0.0, need)
     return scale
 
 
-def _scale_of_force(column: FileColumn, given: str) -> tuple[float, str]:
+def _scale_of_force(column: FileColumn, stated: str) -> tuple[float, str]:
     """Factor to SI of the force's unit, and its SI unit: N, or 1 for a coefficient."""
-    coefficient = _role(column) == "coefficient" and not given
-    unit = column_unit("force", given, column, "1" if coefficient else "N")
-    for own in ("N", "1", "Pa"):
-        scale = unit_factor(unit, "" if own == "1" else own)
+    coefficient = _role(column) == "coefficient" and not stated
+    unit = column_unit("force", stated, column, "1" if coefficient else "N")
+    for si_unit in ("N", "1", "Pa"):
+        scale = unit_factor(unit, "" if si_unit == "1" else si_unit)
         if scale > 0.0:
-            return scale, own
+            return scale, si_unit
     raise InvalidInput(
         "force", unit, "a unit of force, as mN, of stress beside a normal stress, or 1 for a coefficient"
     )
@@ -343,10 +343,10 @@ def _role(column: FileColumn) -> str:
     return by_name if column.dimension == "1" else _OF_DIMENSION.get(column.dimension, "")
 
 
-def _column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns:
+def _column_positions(source: FileColumns, options: TraceOptions) -> ChosenColumns:
     """Columns of time or displacement, force and perhaps load. Raises InvalidInput if names do not determine them."""
-    if given.columns:
-        return ChosenColumns(*(source.find_column(name) for name in given.columns))
+    if options.columns:
+        return ChosenColumns(*(source.find_column(name) for name in options.columns))
     of: dict[str, list[int]] = {role: [] for role in _ROLES}
     for place, column in enumerate(source.columns):
         role = _role(column)
@@ -366,7 +366,7 @@ def _column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns
     turning = [place for place in positions if _is_turning(source, place)]
     # A stage that turns is followed over time, its position beside.
     is_followed_in_time = bool(turning) and len(times) == 1
-    overs = positions if given.displacement and not is_followed_in_time else times or positions
+    overs = positions if options.displacement and not is_followed_in_time else times or positions
     if len(overs) == len(forces) == 1:
         # A coefficient is over its load already.
         is_force = forces[0] in of["force"]
@@ -384,9 +384,9 @@ def _column_positions(source: FileColumns, given: TraceOptions) -> ChosenColumns
 def _is_turning(source: FileColumns, place: int) -> bool:
     """True if a column of positions has most of its numbers, and turns."""
     values = source.columns[place].values
-    known = values[np.isfinite(values)]
-    has_most = len(known) >= max(FEWEST_POINTS, len(values) / 2)
-    return has_most and has_turns(known)
+    finite = values[np.isfinite(values)]
+    has_most = len(finite) >= max(FEWEST_POINTS, len(values) / 2)
+    return has_most and has_turns(finite)
 
 
 _PARTS: Final = 8
@@ -436,8 +436,8 @@ def find_gaps(at: Floats, cycle: float) -> NDArray[np.bool_]:
     mean = (float(np.quantile(steps, 0.9)) - usual) / math.log(5.0)
     by_chance = usual + mean * math.log(len(steps) / (2.0 * CHANCE_OF_STEP))
     longest = max(by_chance, (_BESIDE + 1) * usual, usual + LEAST_DROP * cycle)
-    found: NDArray[np.bool_] = steps > longest
-    return found
+    is_gap: NDArray[np.bool_] = steps > longest
+    return is_gap
 
 
 def outliers(force: Floats) -> NDArray[np.bool_]:

@@ -52,8 +52,10 @@ def _averaging_width(trace: Trace, width: int) -> Averaged:
     force = trace.force
     falls = np.maximum.accumulate(force) - force
     drop = LEAST_DROP * float(falls.max())
-    found = find_slips(force, max(NOISE * noise, drop))
-    slips = [slip for slip in found if slip.peak > 0]  # a trace that begins with a fall begins in the middle of a slip
+    all_slips = find_slips(force, max(NOISE * noise, drop))
+    slips = [
+        slip for slip in all_slips if slip.peak > 0
+    ]  # a trace that begins with a fall begins in the middle of a slip
     gaps = find_gaps(trace.at, _usual_cycle(trace, slips))
     return Averaged(width, trace, noise, drop, slips, gaps)
 
@@ -90,8 +92,8 @@ def end_of_pull(averages: Averaged) -> int:
     regular = False
     if len(slips) > 2:
         # The fall at the end of a pull is longer than a slip, so it does not count.
-        whole = drops[-1 if last.ended else -2]
-        regular = whole > 0.5 * drops[0] and keeps_sliding(averages)
+        last_drop = drops[-1 if last.ended else -2]
+        regular = last_drop > 0.5 * drops[0] and keeps_sliding(averages)
     if last.ended:
         if not regular:
             return 0
@@ -145,7 +147,7 @@ def keeps_sliding(averages: Averaged) -> bool:
 
 def find_slips(force: Floats, drop: float) -> list[TraceSlip]:
     """Peaks after which the force falls by at least `drop`, with the least value before it rises by as much again."""
-    found: list[TraceSlip] = []
+    slips: list[TraceSlip] = []
     high = low = 0
     falling = False
     # With hysteresis: a peak counts once the force has fallen by `drop`, a trough once it has risen by as much.
@@ -153,13 +155,13 @@ def find_slips(force: Floats, drop: float) -> list[TraceSlip]:
         if falling:
             low = place if value < force[low] else low
             if value > force[low] + drop:
-                found.append(TraceSlip(high, low, ended=True))
+                slips.append(TraceSlip(high, low, ended=True))
                 falling, high = False, place
         else:
             high = place if value > force[high] else high
             if value < force[high] - drop:
                 falling, low = True, place
-    return [*found, TraceSlip(high, low, ended=False)] if falling else found
+    return [*slips, TraceSlip(high, low, ended=False)] if falling else slips
 
 
 def is_turned(at: Floats, slips: Sequence[TraceSlip]) -> bool:
@@ -280,8 +282,8 @@ def breakaway(at: Floats, force: Floats, level: float) -> Breakaway | None:
     time = at[before] - middle
     line, scatter = np.polyfit(time, force[before], 1, cov=True)
     slides = force[sample + width :]
-    whole = len(slides) // width * width
-    means = slides[:whole].reshape(-1, width).mean(axis=1)
+    length = len(slides) // width * width
+    means = slides[:length].reshape(-1, width).mean(axis=1)
     spread = math.inf
     if len(means) > FEWEST:
         spread = float(means.std(ddof=1))
@@ -327,23 +329,23 @@ def cut_strokes(force: Floats, middle: float, swing: float) -> list[Stroke]:
     """Strokes of a force of both signs, cut where it passes the middle; `swing` is half its usual range."""
     below = np.where(force < middle - swing / 2.0, -1, 0)
     sides = np.where(force > middle + swing / 2.0, 1, below)
-    held = np.flatnonzero(sides)  # so noise at the middle turns nothing
-    turns = held[1:][np.diff(sides[held]) != 0]
+    decided = np.flatnonzero(sides)  # so noise at the middle turns nothing
+    turns = decided[1:][np.diff(sides[decided]) != 0]
     passed = []
     for turn in turns:
         on_other_side = (force[:turn] - middle) * sides[turn] <= 0.0
         before = np.flatnonzero(on_other_side)
         passed.append(int(before[-1]) + 1)
-    found = []
+    strokes = []
     for first, turn in pairwise([0, *passed, len(force)]):
-        within = held[(held >= first) & (held < turn)]
+        within = decided[(decided >= first) & (decided < turn)]
         sign = float(sides[within[0]])
         forces = sign * (force[first:turn] - middle)
         # Behind the last force as large as the median the stage turns, and the spring is released.
         large = np.flatnonzero(forces >= np.median(forces))
         last = int(large[-1])
-        found.append(Stroke(first, first + last + 1, sign))
-    return [stroke for stroke in found if stroke.last - stroke.first >= FEWEST_POINTS]
+        strokes.append(Stroke(first, first + last + 1, sign))
+    return [stroke for stroke in strokes if stroke.last - stroke.first >= FEWEST_POINTS]
 
 
 def cut_at_middle(force: Floats) -> tuple[float, list[Stroke]]:

@@ -171,19 +171,19 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
         few = "few_" if len(strokes) == 2 else ""
         flags.append(TraceFlag(f"{few}strokes_drift", {"rate": Amount(rate, unit)}))
     parts = [trace.part(stroke.first, stroke.last, stroke.sign, middle) for stroke in strokes]
-    found = [_pull_numbers(part, pull) for part in parts]
+    numbers_of_parts = [_pull_numbers(part, pull) for part in parts]
     names: dict[str, str] = {}
-    for part_numbers in found:
+    for part_numbers in numbers_of_parts:
         names |= {name: number.unit for name, number in part_numbers.numbers.items()}
     means = {}
     for name, unit in names.items():
-        having = [part_numbers.numbers for part_numbers in found if name in part_numbers.numbers]
+        having = [part_numbers.numbers for part_numbers in numbers_of_parts if name in part_numbers.numbers]
         values = [of_stroke[name].value for of_stroke in having]
         means[name] = mean_with_error(values, unit)
     numbers = means | numbers
     level = "mean_force" if "mean_force" in names else "kinetic_friction"
     ways: dict[float, list[float]] = {1.0: [], -1.0: []}
-    for part_numbers, stroke in zip(found, strokes, strict=True):
+    for part_numbers, stroke in zip(numbers_of_parts, strokes, strict=True):
         if level in part_numbers.numbers:
             ways[stroke.sign].append(part_numbers.numbers[level].value)
     # Neighbours there and back: over a whole record the offset may drift, from one stroke to the next it does not.
@@ -193,7 +193,7 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     if halves:
         numbers["force_offset"] = mean_with_error(halves, pull.unit)
         offset = float(np.mean(halves))
-    flags_of_parts = [flag for part_numbers in found for flag in part_numbers.flags]
+    flags_of_parts = [flag for part_numbers in numbers_of_parts for flag in part_numbers.flags]
     unlike = {flag.name: flag for flag in flags_of_parts if flag.name not in OF_PLACES}
     loops = _measure_stage(trace, offset, pull)
     state = loops.state if loops else None
@@ -314,13 +314,13 @@ def _pull_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     end = end_of_pull(averages)
     if end * averages.width < FEWEST_POINTS:
         return _numbers_of_means(trace, averages, pull)
-    found = _pull_numbers(trace.part(0, end * averages.width), pull)
+    earlier = _pull_numbers(trace.part(0, end * averages.width), pull)
     last_trough = averages.slips[-1].trough
     level = float(np.median(averages.trace.force[last_trough:]))
     at = float(averages.trace.at[end])
     facts: dict[str, float | Amount] = {"at": Amount(at, _place_unit(trace)), "level": Amount(level, pull.unit)}
     ends = TraceFlag("pull_ends", facts)
-    return replace(found, flags=(ends, *found.flags))
+    return replace(earlier, flags=(ends, *earlier.flags))
 
 
 def _ringing_numbers(trace: Trace, width: int, pull: _Pull) -> TraceNumbers:
@@ -329,9 +329,9 @@ def _ringing_numbers(trace: Trace, width: int, pull: _Pull) -> TraceNumbers:
     Where in a period the pin breaks away is not known: ± of μ_s has what the force rises in one. Means over a period hide how far
     the force falls, and how fast: these have no ±.
     """
-    found = _pull_numbers(trace.average(width), pull)
+    averaged = _pull_numbers(trace.average(width), pull)
     period = width * float(np.median(np.diff(trace.at)))
-    numbers = dict(found.numbers)
+    numbers = dict(averaged.numbers)
     if static := numbers.get("static_friction"):
         rates = ramp(trace.at, trace.force, float(np.median(trace.force)))
         uncertainty = math.hypot(static.uncertainty, rates[0] * period) if rates else math.nan
@@ -339,7 +339,7 @@ def _ringing_numbers(trace: Trace, width: int, pull: _Pull) -> TraceNumbers:
     for name in numbers.keys() & {"spring_force_amplitude", "natural_period", "damping_ratio"}:
         numbers[name] = numbers[name]._replace(uncertainty=math.nan)
     flag = TraceFlag("cell_rings", {"period": Amount(period, _place_unit(trace))})
-    return replace(found, numbers=numbers, flags=(flag, *found.flags))
+    return replace(averaged, numbers=numbers, flags=(flag, *averaged.flags))
 
 
 def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
@@ -355,19 +355,19 @@ def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
         for low, slip in zip(lows, slips, strict=False)
     ]
     highs = [*(slip.peak for slip in slips[1:]), len(at) - 1]  # where it has risen again
-    known = [not averages.has_gap(low, high) for low, high in zip(lows, highs, strict=False)]
-    whole: list[int] = []
+    is_complete = [not averages.has_gap(low, high) for low, high in zip(lows, highs, strict=False)]
+    whole_slips: list[int] = []
     if not slides:
-        whole = [number for number, slip in enumerate(slips) if slip.ended and known[number]]
-    fitted = fit_cycles(averages, whole, rates, pull.damping)
+        whole_slips = [number for number, slip in enumerate(slips) if slip.ended and is_complete[number]]
+    fitted = fit_cycles(averages, whole_slips, rates, pull.damping)
     cycles = tuple(fitted.cycles)
     numbers: dict[str, Measured] = {}
     if cycles:
         numbers = _cycle_numbers(fitted, pull.unit, "s" if trace.over == "time" else "m")
         begins = [cycle.start for cycle in cycles]
         numbers |= mean_of_cycles(at, force, begins, pull.unit, fitted.together())
-    elif whole:
-        numbers = _sample_numbers(at, force, {number: slips[number] for number in whole}, pull.unit, trace.over)
+    elif whole_slips:
+        numbers = _sample_numbers(at, force, {number: slips[number] for number in whole_slips}, pull.unit, trace.over)
     flags += _fit_flags(averages, fitted, pull)
     if slides and not backward:
         numbers |= _sliding(trace, averages._replace(slips=slips), pull, flags)
@@ -392,7 +392,9 @@ def _numbers_of_means(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNum
     if len(slopes):
         numbers |= _stiffness(trace, slopes, pull.velocity, pull.load)
     if any(cut):
-        peaks_of_slips = np.array([force[slip.peak] for slip, is_known in zip(slips, known, strict=False) if is_known])
+        peaks_of_slips = np.array(
+            [force[slip.peak] for slip, is_known in zip(slips, is_complete, strict=False) if is_known]
+        )
         numbers = _numbers_within_limits(numbers, cut, peaks_of_slips, pull.unit)
         # Of a force that is cut off, other facts are facts of the cut.
         flags = [TraceFlag("sensor_limit", {"low": cut.low, "high": cut.high})]
@@ -431,14 +433,14 @@ def _sample_numbers(
     periods = np.diff(at[peaks])[together][int(from_rest) :]
     falls = force[peaks] - force[troughs]
     time_unit = "s" if over == "time" else "m"
-    found = {
+    numbers = {
         "static_friction": mean_with_error(force[peaks], unit),
         "spring_force_amplitude": mean_with_error(falls, unit),
         "stick_slip_period": mean_with_error(periods, time_unit),
     }
     begins = at[peaks].tolist()
-    found |= mean_of_cycles(at, force, begins, unit, together)
-    return {name: number for name, number in found.items() if number.of}
+    numbers |= mean_of_cycles(at, force, begins, unit, together)
+    return {name: number for name, number in numbers.items() if number.of}
 
 
 def _sliding(trace: Trace, averages: Averaged, pull: _Pull, flags: list[TraceFlag]) -> dict[str, Measured]:
@@ -446,9 +448,9 @@ def _sliding(trace: Trace, averages: Averaged, pull: _Pull, flags: list[TraceFla
 
     Kinetic friction μ_k is the mean from the last slip on; static friction μ_s the force of the first.
     """
-    slips, found = averages.slips, averages.trace
+    slips, whole_trace = averages.slips, averages.trace
     first = slips[-1].peak if slips else 0
-    at, force = found.at[first:], found.force[first:]
+    at, force = whole_trace.at[first:], whole_trace.force[first:]
     time = averages.recorded_time()[first:]
     value, start, share = steady_mean(time, force, pull.unit)
     start = float(np.interp(start, time, at))
@@ -521,11 +523,11 @@ def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Meas
 
     def mean(of: Callable[[Cycle], float], unit: str, shared_error: float) -> Measured:
         values = [of(cycle) for cycle in fitted.free or cycles]
-        own = mean_with_error(values, unit)
+        measured_mean = mean_with_error(values, unit)
         value = np.mean([of(cycle) for cycle in cycles])
         # Scatter and the error that all slips share are independent.
-        error = math.hypot(own.uncertainty, shared_error)
-        return own._replace(value=float(value), uncertainty=error)
+        error = math.hypot(measured_mean.uncertainty, shared_error)
+        return measured_mean._replace(value=float(value), uncertainty=error)
 
     together = fitted.together()
     starts = [cycle.start for cycle in cycles]
@@ -544,7 +546,7 @@ def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Meas
         damping = damping._replace(uncertainty=damping_error)
     # A fall is 1 + exp(-πζ) times μ_s - μ_k, less than twice.
     of_fall = 2.0 * math.hypot(shared.static, shared.kinetic)
-    found = {
+    numbers = {
         "static_friction": mean(lambda cycle: cycle.driving, unit, shared.static),
         "kinetic_friction": kinetic,
         "spring_force_amplitude": mean(lambda cycle: cycle.static - cycle.trough, unit, of_fall),
@@ -553,8 +555,8 @@ def _cycle_numbers(fitted: FittedCycles, unit: str, time: str) -> dict[str, Meas
         "damping_ratio": damping,
     }
     if fitted.samples < RESOLVED:  # the largest force lies between samples
-        found["static_friction"] = found["static_friction"]._replace(uncertainty=math.nan)
-    return {name: number for name, number in found.items() if number.of}
+        numbers["static_friction"] = numbers["static_friction"]._replace(uncertainty=math.nan)
+    return {name: number for name, number in numbers.items() if number.of}
 
 
 def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dict[str, Measured]:

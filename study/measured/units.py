@@ -38,4 +38,4 @@ def registry() -> Any:
 def _pint_unit(unit: str) -> str:
     """A unit as pint reads it, from `m s-1`, `m/s` or `m·s^-1`."""
     powers = re.sub(r"(?<=[A-Za-zµμ])\^?(-?\d)", r"**\1", unit.strip())
-    return re.sub(r"\s*([/*])\s*|\s*·\s*|\s+", lambda found: found[1] or "*", powers)
+    return re.sub(r"\s*([/*])\s*|\s*·\s*|\s+", lambda match: match[1] or "*", powers)

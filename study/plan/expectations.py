@@ -64,7 +64,7 @@ def plan_outlook(plan: Plan) -> Outlook:
     """The outlook of a plan."""
     kinds = task_kinds(plan.manifest)
     masks, spans = list[int](), list[float]()
-    for case in (each.case for each in plan.cases):
+    for case in (campaign_case.case for campaign_case in plan.cases):
         if not case:
             masks.append(0)
             continue
@@ -432,8 +432,8 @@ def _named(task: Task) -> str:
     return task.label if size in task.label.split() else f"{task.label} {size}"
 
 
-def _gigabytes_text(need: float, there: float) -> str:
-    return f"needs about {need / 1e9:.3g} GB of memory, this machine has {there / 1e9:.3g} GB"
+def _gigabytes_text(need: float, available: float) -> str:
+    return f"needs about {need / 1e9:.3g} GB of memory, this machine has {available / 1e9:.3g} GB"
 
 
 def _advice(task: Task) -> str:

@@ -45,13 +45,13 @@ def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:
     return tuple(ordered)
 
 
-def evenly(found: Sequence[Some], count: int) -> list[Some]:
+def evenly(items: Sequence[Some], count: int) -> list[Some]:
     """Select `count` items of a sequence, or all, evenly spread from the first to the last."""
-    last = len(found) - 1
+    last = len(items) - 1
     # Rounded positions from 0 to the last: both ends are among them.
-    size = min(count, len(found))
+    size = min(count, len(items))
     places = np.linspace(0, last, size).round().astype(int)
-    return [found[place] for place in places]
+    return [items[place] for place in places]
 
 
 DOUBT: Final = 100.0
@@ -83,10 +83,10 @@ class Plan:
 
         Intermediate results are recomputed only if an unfinished task needs them.
         """
-        left = self._pending_tasks(finished)
-        if len(left) == len(self.distinct):
+        pending = self._pending_tasks(finished)
+        if len(pending) == len(self.distinct):
             return self.tasks
-        return longest_chain_first(map(self._estimate, left))
+        return longest_chain_first(map(self._estimate, pending))
 
     @cached_property
     def _estimates(self) -> dict[str, Task]:
@@ -117,18 +117,18 @@ class Plan:
         return pending[::-1]
 
     def possible(
-        self, left: Sequence[Task], given_up: Collection[str], failed: Collection[str] = ()
+        self, pending: Sequence[Task], given_up: Collection[str], failed: Collection[str] = ()
     ) -> tuple[Task, ...]:
         """Unfinished tasks that can be tried: neither they nor their needs are given up. Those that failed before come last."""
         if not given_up and not failed:
-            return tuple(left)
+            return tuple(pending)
         lost = set(given_up)
-        for task in order_by_stage(left):
+        for task in order_by_stage(pending):
             if not lost.isdisjoint(task.needs):
                 lost.add(task.key)
         # Sorted by False and True, each in the order in which they came: a task that kills its process again should find
         # all others done.
-        tried = [task for task in left if task.key not in lost]
+        tried = [task for task in pending if task.key not in lost]
         return tuple(sorted(tried, key=lambda task: task.key in failed))
 
     def outcomes(self, finished: Mapping[str, Outcome], failed: Mapping[str, Outcome]) -> dict[str, Outcome]:
@@ -238,21 +238,21 @@ NOTHING_KNOWN: Final = (PENDING, *(ending.value for ending in UNDONE), Ending.NE
 """Outcomes of the machine, not of the physics: pending, out of time, out of memory, crashed, or waiting for such a task."""
 
 
-def combine_outcomes(kind: str, outcome: Outcome | None, found: Outcome | None) -> Outcome | None:
+def combine_outcomes(kind: str, outcome: Outcome | None, further: Outcome | None) -> Outcome | None:
     """Combine the outcome of a case so far with the outcome of another task of this kind.
 
-    outcome: of the case so far. found: of the task. None: unfinished.
+    outcome: of the case so far. further: of the task. None: unfinished.
     """
     if outcome is None or not outcome.usable:
         return outcome
     # A failure of one's own numbers is theirs alone.
-    if found is not None and kind in OWN:
+    if further is not None and kind in OWN:
         return outcome
     # A compliance is intermediate: once used it may go without being missed.
-    if found is None:
+    if further is None:
         return outcome if kind == "compliance" else None
     # Of two remarks the first one stays: a record without a plateau is the reason why a drive lacks a number.
-    return outcome if found.usable and not outcome.ok else found
+    return outcome if further.usable and not outcome.ok else further
 
 
 def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> Outcome | None:
@@ -289,8 +289,8 @@ def drive_outcome(
 
 def key_of_duration(drive: CampaignDrive) -> str:
     """The key by which a drive's table gives its duration, for advice."""
-    given = (name for name in DURATIONS if name in drive.given and drive.settings[name] is not None)
-    return next(given, "duration above end_time, where auto ended it")
+    durations = (name for name in DURATIONS if name in drive.given and drive.settings[name] is not None)
+    return next(durations, "duration above end_time, where auto ended it")
 
 
 def ended(plan: Plan, outcomes: Mapping[str, Outcome]) -> tuple[Counter[str], Counter[str]]:
@@ -326,22 +326,22 @@ class KindCount:
     """Disk space of all tasks."""
 
 
-def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[Task]) -> dict[str, KindCount]:
+def kind_counts(tasks: Iterable[Task], pending: Iterable[Task], given_up: Iterable[Task]) -> dict[str, KindCount]:
     """Kind of task -> count and costs, in the order of stages; without bytes where `tasks` are not estimated."""
     lost = Counter(task.kind for task in given_up)
     tried = Counter[str]()
     seconds: defaultdict[str, float] = defaultdict(float)
-    for task in left:
+    for task in pending:
         tried[task.kind] += 1
         seconds[task.kind] += task.cost
     every: defaultdict[str, list[Task]] = defaultdict(list)
     for task in tasks:
         every[task.kind].append(task)
-    found = {}
+    counts = {}
     for kind in filter(every.get, KINDS):
         its = every[kind]
         rest = tried[kind] + lost[kind]
         memory = max(task.memory for task in its)
         disk = sum(task.disk for task in its)
-        found[kind] = KindCount(len(its), len(its) - rest, tried[kind], lost[kind], seconds[kind], memory, disk)
-    return found
+        counts[kind] = KindCount(len(its), len(its) - rest, tried[kind], lost[kind], seconds[kind], memory, disk)
+    return counts

@@ -119,11 +119,11 @@ def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = 
     rows = _letters(_dots(across, up, 2 * width, 4 * height))
     ends = [top, *[""] * (height - 2), bottom]
     framed = [f"{end:>{margin}} ┤{row}" for end, row in zip(ends, rows, strict=True)]
-    left, right = f"{across.min():.4g}", f"{across.max():.4g}"
-    room = max(width - len(left) - len(right), 0)
+    lowest, right = f"{across.min():.4g}", f"{across.max():.4g}"
+    room = max(width - len(lowest) - len(right), 0)
     between = labels[0].center(room)
     indent = " " * (margin + 2)
-    return "\n".join([f"{indent}{labels[1]}", *framed, f"{indent}{left}{between}{right}"])
+    return "\n".join([f"{indent}{labels[1]}", *framed, f"{indent}{lowest}{between}{right}"])
 
 
 def _end_text(value: float, negligible: float) -> str:

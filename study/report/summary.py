@@ -86,9 +86,9 @@ def factor_out_columns(table: Table) -> tuple[Table, list[str]]:
 
 def _cell_sentences(cells: Sequence[tuple[str, str]]) -> Iterator[str]:
     """Sentences with the titles of columns and the cell that all of their rows have."""
-    known = [f"{title} = {cell}" for title, cell in cells if cell != NOTHING]
-    if known:
-        yield f"In all rows: {', '.join(known)}."
+    entries = [f"{title} = {cell}" for title, cell in cells if cell != NOTHING]
+    if entries:
+        yield f"In all rows: {', '.join(entries)}."
     unknown = [title for title, cell in cells if cell == NOTHING]
     if unknown:
         yield f"Not known in any row: {', '.join(unknown)}."
@@ -314,11 +314,11 @@ def _has_regime_answer(dataset: xr.Dataset) -> xr.Variable:
     """
     if "regime" not in dataset or _target(dataset)[1]:
         return xr.Variable((), False)
-    known = xr.Variable((), False)
+    is_critical_known = xr.Variable((), False)
     if CRITICAL in dataset:
-        known = dataset.variables[CRITICAL].notnull()
+        is_critical_known = dataset.variables[CRITICAL].notnull()
     regime = dataset.variables["regime"]
-    return (regime == "micro_slip") | (regime == "sticks") & known
+    return (regime == "micro_slip") | (regime == "sticks") & is_critical_known
 
 
 def flag_summary(dataset: xr.Dataset) -> dict[str, str]:

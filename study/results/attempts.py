@@ -81,8 +81,8 @@ def lost(out: Path) -> str:
 
 
 def _attempt(line: str) -> Attempt | None:
-    found = _read(line, Attempt)
-    return found if found and found.ending in tuple(Ending) else None
+    attempt = _read(line, Attempt)
+    return attempt if attempt and attempt.ending in tuple(Ending) else None
 
 
 _UNKNOWN: Final = "what failed there is tried again"
@@ -116,8 +116,8 @@ def _read(line: str, kind: type[Record]) -> Record | None:
         if line != _line(content):
             return None
         # A line of another version: fields that it lacks have their defaults, others are passed over.
-        known = [item.name for item in fields(kind) if item.name in content]
-        return kind(**{name: content[name] for name in known})
+        names = [item.name for item in fields(kind) if item.name in content]
+        return kind(**{name: content[name] for name in names})
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return None
 

@@ -99,7 +99,7 @@ def pack_result(result: TaskResult) -> bytes:
     if any(array.dtype.hasobject for array in arrays.values()):
         raise ValueError(f"{result.key}: an array of objects; needs numbers or texts")
     rows = [(name, array.dtype.str, array.shape, _fortran(array)) for name, array in arrays.items()]
-    members = [astuple(each) for each in result.members]
+    members = [astuple(member) for member in result.members]
     content = {"scalars": dict(result.scalars), "arrays": rows, "members": members}
     table = _pad(_json(content), b" ")
     columns = [_pad(array.tobytes("A"), b"\0") for array in arrays.values()]
@@ -191,27 +191,27 @@ def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArr
     for name, kind, shape, fortran in rows:
         dtype = np.dtype(kind)
         count = int(np.prod(shape))
-        found = np.empty(0, dtype)
+        values = np.empty(0, dtype)
         # Of no numbers at all numpy makes no view.
         if count:
-            found = np.frombuffer(numbers, dtype, count, at)
-        found.flags.writeable = False
-        yield name, found.reshape(shape, order="F" if fortran else "C")
+            values = np.frombuffer(numbers, dtype, count, at)
+        values.flags.writeable = False
+        yield name, values.reshape(shape, order="F" if fortran else "C")
         at += _round_time(count * dtype.itemsize)
 
 
 # Kept, as most results have the same description.
 @lru_cache(maxsize=1024)
 def _meta(text: bytes) -> Meta:
-    found = json.loads(text)
-    facts = (fact for origin in found["origins"] for fact in origin.values())
-    words = (found["kind"], *facts)
-    if not all(isinstance(each, str) for each in words):
+    head_facts = json.loads(text)
+    facts = (fact for origin in head_facts["origins"] for fact in origin.values())
+    words = (head_facts["kind"], *facts)
+    if not all(isinstance(word, str) for word in words):
         raise TypeError("no texts")
-    longer = bool(found.get("longer"))
-    cause = found.get("cause", "")
-    outcome = Outcome(Ending(found["ending"]), found["message"], longer, cause)
-    return Meta(found["kind"], outcome, from_data(found["origins"]))
+    longer = bool(head_facts.get("longer"))
+    cause = head_facts.get("cause", "")
+    outcome = Outcome(Ending(head_facts["ending"]), head_facts["message"], longer, cause)
+    return Meta(head_facts["kind"], outcome, from_data(head_facts["origins"]))
 
 
 def _fortran(array: NDArray[Any]) -> bool:
@@ -583,8 +583,8 @@ class Logs:
         """Have a result that this version cannot use count as not finished."""
         note_unusable(self._folder, head)
         self._unusable |= {path_line(head)}
-        known = self.places.get(head.key)
-        if known and known.head == head:
+        place = self.places.get(head.key)
+        if place and place.head == head:
             del self.places[head.key]
 
     def is_rejected(self, head: Head) -> bool:
@@ -607,11 +607,11 @@ class Logs:
 
     def _paths(self) -> list[Path]:
         """Existing logs; other objects of such a name are reported once."""
-        found = list_logs(self._folder)
-        strange = [path for path in found if is_no_file(path)]
+        paths = list_logs(self._folder)
+        strange = [path for path in paths if is_no_file(path)]
         for path in strange:
             self._notice(f"{path}: {files.NO_FILE}, so no log of results{AGAIN}")
-        return [path for path in found if path not in strange]
+        return [path for path in paths if path not in strange]
 
     def _read_log_tail(self, path: Path) -> list[Fault]:
         """Read the new part of a log, or all of a replaced one; returns damaged parts."""
@@ -628,15 +628,15 @@ class Logs:
             end = 0
             self.places = {key: place for key, place in self.places.items() if place.path != path}
             self._opened.cache_clear()
-        for found in scan(path, end, self._whole):
-            if isinstance(found, LocatedEntry):
-                self._enter(found)
-                end = found.begin + found.head.length
+        for entry in scan(path, end, self._whole):
+            if isinstance(entry, LocatedEntry):
+                self._enter(entry)
+                end = entry.begin + entry.head.length
                 continue
-            faults.append(found)
-            if not isinstance(found.error, TornError):
-                self._notice(f"{_damage_text(path, found)}{AGAIN}")
-                end = found.end
+            faults.append(entry)
+            if not isinstance(entry.error, TornError):
+                self._notice(f"{_damage_text(path, entry)}{AGAIN}")
+                end = entry.end
         self._seen[path] = _Seen(end, state.st_ino, state.st_mtime_ns)
         return faults
 
@@ -650,8 +650,8 @@ class Logs:
             self._notice(f"{_damage_text(place.path, fault)}{AGAIN}")
             self.reject(place.head)
             return
-        known = self.places.get(place.head.key)
-        if known is None or known.path <= place.path:
+        earlier = self.places.get(place.head.key)
+        if earlier is None or earlier.path <= place.path:
             self.places[place.head.key] = place
 
 

@@ -236,8 +236,8 @@ class Shard:
     @classmethod
     def parse(cls, text: str) -> Self:
         """Read a part such as `3/10`. Raises ValueError."""
-        found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text, re.ASCII)
-        number, of = map(int, found.groups()) if found else (0, 0)
+        match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text, re.ASCII)
+        number, of = map(int, match.groups()) if match else (0, 0)
         if not 1 <= number <= of:
             raise ValueError(f"{text}: needs NUMBER/OF, as 1/10 to 10/10, of at most {MOST_SHARDS} parts")
         return cls(number, of)

@@ -111,7 +111,7 @@ class Store:
 
     def _own_heads(self) -> dict[str, Head]:
         """Heads of the results that are files of their own. Raises ResultFormatError."""
-        found = {}
+        heads = {}
         for path in files.matching(self.folder, f"*{entry.ENDING}"):
             if not _KEY.fullmatch(path.stem):
                 # A file of another program.
@@ -127,7 +127,7 @@ class Store:
                     self._checked[path] = stamp, head
                 head = self._checked[path][1]
                 if not self._logs.is_rejected(head):
-                    found[path.stem] = head
+                    heads[path.stem] = head
             except ResultFormatError:
                 raise
             except CorruptResultError as error:
@@ -135,7 +135,7 @@ class Store:
             except FileNotFoundError:
                 # A run that goes on meanwhile has dropped the result.
                 continue
-        return found
+        return heads
 
     def failures(self) -> dict[str, Attempt]:
         """The last attempt of this solver at every task that has failed; it may have a result nevertheless."""
@@ -306,17 +306,17 @@ class Lease:
             last.heir.unlink(missing_ok=True)
             return False
         os.replace(last.heir, self._path)
-        for each in line[1:]:
-            each.path.unlink(missing_ok=True)
+        for later in line[1:]:
+            later.path.unlink(missing_ok=True)
         return True
 
     def _line(self) -> list[_Found]:
         """Existing lease, followed by the leases of runs that were killed while taking over."""
-        found, place = [], _read_lease(self._path)
+        leases, place = [], _read_lease(self._path)
         while place:
-            found.append(place)
+            leases.append(place)
             place = _read_lease(place.heir)
-        return found
+        return leases
 
     def _has_link(self, scratch: Path, path: Path) -> bool:
         """True if our file now has this name; after a lost reply of the network the reported error may be wrong."""
@@ -333,8 +333,8 @@ class Lease:
         return self._is_ours(path)
 
     def _is_ours(self, path: Path) -> bool:
-        found = _read_lease(path)
-        return found is not None and found.text == self._text
+        lease = _read_lease(path)
+        return lease is not None and lease.text == self._text
 
     def _keep_fresh(self) -> None:
         while not (self._over.wait(BEAT) or self.look()):
@@ -342,18 +342,18 @@ class Lease:
 
     def _touch(self) -> None:
         try:
-            found = _read_lease(self._path)
-            if found and found.text == self._text:
+            lease = _read_lease(self._path)
+            if lease and lease.text == self._text:
                 os.utime(self._path, follow_symlinks=False)
                 return
         except FileNotFoundError:
             # The file was removed just now.
-            found = None
+            lease = None
         except (OSError, StoreError):
             # No answer from the file system; the next look may have one.
             return
-        if found:
-            words = _words(_owner(found))
+        if lease:
+            words = _words(_owner(lease))
             self.lost = _LOST.format(path=self._path, **words)
         else:
             self.lost = _GONE.format(path=self._path)
@@ -377,16 +377,16 @@ def _read_lease(path: Path) -> _Found | None:
         raise
 
 
-def _has_ended(found: _Found, clock: Path) -> bool:
+def _has_ended(lease: _Found, clock: Path) -> bool:
     """True if the run that holds a lease has ended; waits until this is certain. clock: a file that dates by the server's
     time."""
-    owner = _owner(found)
+    owner = _owner(lease)
     same_host = owner.get("host") == socket.gethostname()
     here = same_host and owner.get("machine") == _machine()
     if here and not files.lives(owner["process"]):
         return True
     # By this machine's own clock, whatever times the file claims.
-    age, patience = _age(found, clock), time.monotonic() + FRESH
+    age, patience = _age(lease, clock), time.monotonic() + FRESH
     # An older lease may be of a killed run, whose process number another process has got since.
     if here and age < 2.0 * BEAT:
         return False
@@ -395,31 +395,31 @@ def _has_ended(found: _Found, clock: Path) -> bool:
         if not said and age > 2.0 * BEAT:
             said = True
             words, left = _words(owner), FRESH - age
-            print_notice(_WAITING.format(path=found.path, seconds=left, **words))
+            print_notice(_WAITING.format(path=lease.path, seconds=left, **words))
         time.sleep(BEAT / 5.0)
-        again = _read_lease(found.path)
-        if again is None or again.text != found.text:
+        again = _read_lease(lease.path)
+        if again is None or again.text != lease.text:
             # Whoever has the lease now is another run.
             return True
-        if again.touched != found.touched:
+        if again.touched != lease.touched:
             return False
-        age = _age(found, clock)
+        age = _age(lease, clock)
     return True
 
 
-def _age(found: _Found, clock: Path) -> float:
+def _age(lease: _Found, clock: Path) -> float:
     """Seconds since a lease was touched, by the clock of its file system."""
     with os.fdopen(open_regular(clock), "rb") as file:
         # Dated by the server that dates the lease, whatever this machine's clock says.
         os.utime(file.fileno())
         now = os.fstat(file.fileno()).st_mtime_ns
-        return (now - found.touched) / 1e9
+        return (now - lease.touched) / 1e9
 
 
-def _owner(found: _Found) -> dict[str, Any]:
+def _owner(lease: _Found) -> dict[str, Any]:
     """Contents of a lease; empty unless written by a run."""
     with suppress(ValueError, RecursionError):
-        said = json.loads(found.text)
+        said = json.loads(lease.text)
         if isinstance(said, dict) and isinstance(said.get("process"), int) and said["process"] > 0:
             return said
     return {}
@@ -458,7 +458,7 @@ def merge_shards(out: Path) -> list[str]:
 
     Whoever calls this has the lease of the campaign's folder, and has prepared its store.
     """
-    left = []
+    problems = []
     for folder in files.shard_folders(out):
         try:
             # All files that a link leads to would be moved.
@@ -467,15 +467,15 @@ def merge_shards(out: Path) -> list[str]:
             with Lease(folder):
                 _move(folder, out)
         except StoreError as error:
-            left.append(str(error))
+            problems.append(str(error))
         except OSError as error:
-            left.append(f"{folder}: cannot be merged: {error.strerror or error}")
+            problems.append(f"{folder}: cannot be merged: {error.strerror or error}")
         # A folder that is not empty stays.
         with suppress(OSError):
             folder.rmdir()
     with suppress(OSError):
         (out / files.SHARDS).rmdir()
-    return left
+    return problems
 
 
 def _move(shard: Path, out: Path) -> None:

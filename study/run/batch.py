@@ -133,10 +133,10 @@ def load_site(path: Path) -> tuple[Site, str]:
     names = [item.name for item in fields(Site)]
     problems = list[Problem]()
     try:
-        given = from_toml(read_text(path))
+        content = from_toml(read_text(path))
         remark = f"unknown; needs one of {', '.join(names)}"
-        problems += [Problem(Place(), key, remark=remark) for key in given if key not in names]
-        values: dict[str, Any] = {key: each for key, each in given.items() if key in names}
+        problems += [Problem(Place(), key, remark=remark) for key in content if key not in names]
+        values: dict[str, Any] = {key: content_value for key, content_value in content.items() if key in names}
         for key, value in values.items():
             if isinstance(value, list):
                 values[key] = tuple(value)
@@ -148,7 +148,9 @@ def load_site(path: Path) -> tuple[Site, str]:
     except ValueError as error:
         raise SiteError(f"{path}: {error}") from None
     place = Place(path_shown(path))
-    placed = (each if each.place.file else replace(each, place=place) for each in problems)
+    placed = (
+        content_value if content_value.place.file else replace(content_value, place=place) for content_value in problems
+    )
     raise SiteError("\n".join(map(str, placed)))
 
 
@@ -203,7 +205,7 @@ def merge_script(job: Job, site: Site, template: str) -> str:
 
 def _memory_request(job: Job, site: Site) -> str:
     """Memory of each core, as sbatch reads it; empty for none, as where an option of the site has it."""
-    if any(each.startswith("--mem") for each in site.options):
+    if any(option.startswith("--mem") for option in site.options):
         return ""
     if site.memory != PLANNED:
         return site.memory
@@ -216,7 +218,7 @@ def _script(job: Job, site: Site, template: str, run: str, number: str = "%j", s
     # of shell may mean anything.
     environment = SandboxedEnvironment(undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True)
     settings: dict[str, Any] = {item.name: getattr(site, item.name) for item in fields(site)}
-    given = {
+    settings_of_job = {
         "name": shlex.quote(job.campaign.stem),
         "run": f"{site.command} {run}",
         # In the name of a file sbatch reads % as the start of a pattern, %% as the sign itself.
@@ -226,6 +228,6 @@ def _script(job: Job, site: Site, template: str, run: str, number: str = "%j", s
         "memory": _memory_request(job, site),
     }
     try:
-        return environment.from_string(template).render(settings, **given)
+        return environment.from_string(template).render(settings, **settings_of_job)
     except (jinja2.TemplateError, ArithmeticError, LookupError, TypeError, ValueError) as error:
         raise SiteError(f"{site.template}: {error}") from None

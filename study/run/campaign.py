@@ -246,9 +246,9 @@ def unseen(tasks: Sequence[Task], undone: Collection[str], store: Store) -> str:
     """
     missing: list[Task] = []
     for _ in looks():
-        there = store.metas()
+        metas = store.metas()
         awaited = [task for task in tasks if task.key not in undone]
-        missing = [task for task in awaited if task.key not in there]
+        missing = [task for task in awaited if task.key not in metas]
         if not missing:
             return ""
     first = f"{len(missing)} of {len(tasks)} results, first that of {missing[0].label} ({missing[0].key})"

@@ -48,8 +48,8 @@ def main(descriptor: int, last_words: int) -> None:
     descriptor: this end of the connection. last_words: a file's, which takes the traceback of a fault that ends the process.
     """
     # A terminal sends signals to all processes; what they mean is decided by the process that hands out tasks.
-    for each in SIGNALS:
-        signal.signal(each, signal.SIG_IGN)
+    for signal_number in SIGNALS:
+        signal.signal(signal_number, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
     _die_with_parent(os.getppid())
     with suppress(OSError):

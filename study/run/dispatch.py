@@ -134,7 +134,7 @@ class MeasuredTimes:
         for run in data:
             for kind, sums in run.items():
                 pairs = zip(self._sums[kind], sums, strict=True)
-                self._sums[kind] = [total + own for total, own in pairs]
+                self._sums[kind] = [total + increment for total, increment in pairs]
 
     def learn(self, task: Work, seconds: float) -> None:
         """Note the seconds that an ended task took."""
@@ -151,7 +151,7 @@ class MeasuredTimes:
         """The sums, as a journal holds them."""
         data = {}
         for kind, sums in self._sums.items():
-            data[kind] = [round(each, 6) for each in sums]
+            data[kind] = [round(total, 6) for total in sums]
         return data
 
     def factor(self, kind: str) -> float:
@@ -397,25 +397,25 @@ class Ledger:
         at_least_one: take the first task however long it is. Tasks expected to exceed the deadline are skipped in
         this run. A task of unknown duration is tried; otherwise a task longer than any job would never run.
         """
-        left = math.inf
+        seconds_left = math.inf
         if self._until < math.inf:
-            left = self._until - time()
-        taken: list[tuple[Work, float]] = []
-        while self.queue.ready and len(taken) < most:
+            seconds_left = self._until - time()
+        chosen: list[tuple[Work, float]] = []
+        while self.queue.ready and len(chosen) < most:
             task = self.queue.take()
             seconds = self.expected(task)
-            if left < seconds < math.inf:
+            if seconds_left < seconds < math.inf:
                 self.queue.aside += 1
-            elif seconds <= room or (at_least_one and not taken):
-                taken.append((task, seconds))
+            elif seconds <= room or (at_least_one and not chosen):
+                chosen.append((task, seconds))
                 room -= seconds
             else:
                 self.queue.put_back(task.key)
                 break
-        self._away += len(taken)
-        if taken:
-            self._watch.begun(taken)
-        return taken
+        self._away += len(chosen)
+        if chosen:
+            self._watch.begun(chosen)
+        return chosen
 
     def expected(self, task: Work) -> float:
         """Estimated seconds of this task, scaled by the measured times of its kind; infinite before one has ended."""
@@ -491,8 +491,8 @@ class Ledger:
 
     def tally(self, interrupted: bool) -> RunTally:
         """The counts so far. A signal that came after the last task interrupted nothing."""
-        left = len(self.queue) + self._away > 0
-        stopped = left and not self.halt and (interrupted or self.queue.aside > 0)
+        is_unfinished = len(self.queue) + self._away > 0
+        stopped = is_unfinished and not self.halt and (interrupted or self.queue.aside > 0)
         hosts = Counter(place.host for place in self._hosts)
         return RunTally(
             self._done, self._crashed, stopped, self.halt, self.queue.aside, self._seconds, hosts, self._processor
@@ -589,7 +589,7 @@ class Dispatcher:
             self._heard[rank] = dispatch_time.monotonic()
         share = ledger.queue.ready // (PARCELS * len(self._load))
         room = self._lookahead - self._load[rank]
-        taken = ledger.take(max(share, 1), room, at_least_one=not doing)
-        doing |= ((task.key, seconds) for task, seconds in taken)
-        self._load[rank] += sum(seconds for _, seconds in taken)
-        return [task for task, _ in taken]
+        chosen = ledger.take(max(share, 1), room, at_least_one=not doing)
+        doing |= ((task.key, seconds) for task, seconds in chosen)
+        self._load[rank] += sum(seconds for _, seconds in chosen)
+        return [task for task, _ in chosen]

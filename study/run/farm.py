@@ -58,8 +58,8 @@ class Farm(ABC):
         dispatcher = dispatch.Dispatcher(self.size, ledger, self.give)
         self.advance = ledger.advance
 
-        def take_in(found: Sequence[News]) -> None:
-            for rank, ended, returned in found:
+        def take_in(news: Sequence[News]) -> None:
+            for rank, ended, returned in news:
                 if ended:
                     self._unsettled.add(rank)
                 ended_keys = [done.key for done in ended]
@@ -280,9 +280,9 @@ class MPIFarm(Farm):
     def news(self) -> list[News]:
         """Receive messages from other ranks and from this rank's child; wait a little if there are none."""
         done = self._agent.arrived()
-        found: list[News] = []
+        news: list[News] = []
         if done:
-            found.append((0, done, ()))
+            news.append((0, done, ()))
         underway = self._agent.take_progress()
         if underway:
             self.advance(underway)
@@ -294,9 +294,9 @@ class MPIFarm(Farm):
             elif isinstance(message, Exception):
                 raise message
             else:
-                found.append((rank, *message))
-        self._wait(bool(found))
-        return found
+                news.append((rank, *message))
+        self._wait(bool(news))
+        return news
 
     def serve(self) -> int:
         """Compute what rank 0 sends, first come first served, until it leaves.
@@ -376,12 +376,12 @@ class MPIFarm(Farm):
 
     def _receive_messages(self) -> list[tuple[int, Any]]:
         """All messages that have arrived, each with the rank that sent it."""
-        status, found = self._mpi.Status(), []
+        status, messages = self._mpi.Status(), []
         while self._world.iprobe(source=self._mpi.ANY_SOURCE, tag=self._mpi.ANY_TAG, status=status):
             rank = status.Get_source()
             # Messages of one rank keep their order: the first is the one that was probed.
-            found.append((rank, self._world.recv(source=rank)))
-        return found
+            messages.append((rank, self._world.recv(source=rank)))
+        return messages
 
     def _wait(self, news: bool) -> None:
         """Between polls for messages: not after one arrived, then doubling while none does, over when the child has news."""

@@ -194,11 +194,11 @@ def long_task_keys(out: Path) -> frozenset[str]:
 def read_task_times(*folders: Path) -> MeasuredTimes:
     """Times of finished tasks in the journals of these folders, of runs with this software."""
     # By name, as a run has several lines, of which the last one counts; a folder may be named twice.
-    found: dict[str, RunRecord] = {}
+    runs: dict[str, RunRecord] = {}
     for out in dict.fromkeys(folders):
-        found |= {run.run: run for run in attempts.read_runs(out)}
+        runs |= {run.run: run for run in attempts.read_runs(out)}
     mine = (here().solver, here().nanoslip_version)
-    ours = [run for run in found.values() if (run.solver, run.nanoslip) == mine]
+    ours = [run for run in runs.values() if (run.solver, run.nanoslip) == mine]
     return MeasuredTimes(*(run.kinds for run in ours))
 
 

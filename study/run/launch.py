@@ -70,8 +70,8 @@ def processes_here() -> int:
 def launcher_name() -> str:
     """Name of the launcher of these processes, from the environment; empty without one."""
     names = {"MPI_LOCALNRANKS": "Hydra", "OMPI_COMM_WORLD_SIZE": "Open MPI", "SLURM_STEP_NUM_TASKS": "srun"}
-    found = [launcher for name, launcher in names.items() if os.environ.get(name)]
-    return found[0] if found else "PMI" if os.environ.get("PMI_SIZE") else ""
+    launchers = [launcher for name, launcher in names.items() if os.environ.get(name)]
+    return launchers[0] if launchers else "PMI" if os.environ.get("PMI_SIZE") else ""
 
 
 def slurm_job() -> str:

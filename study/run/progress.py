@@ -50,22 +50,22 @@ class TimeForecast:
     @property
     def share(self) -> float:
         """Share of the work that is done, 0 to 1."""
-        left = self._core_seconds()
+        remaining = self._core_seconds()
         done = self._done + sum(underway.seconds for underway in self.underway)
-        return done / (done + left) if left > 0.0 else 1.0
+        return done / (done + remaining) if remaining > 0.0 else 1.0
 
     def _core_seconds(self) -> float:
         """Seconds left of all tasks together: at the rate of each task that has advanced, else at the rate of its kind."""
-        left, of_begun = dict(self._left), 0.0
+        remaining, of_begun = dict(self._left), 0.0
         measured = MeasuredTimes(self._measured.as_data())
         for task, underway in list(self._underway.values()):
             if underway.share > 0.0:
-                left[task.kind] -= task.cost
+                remaining[task.kind] -= task.cost
                 # At a steady rate the rest, 1 - share, takes seconds/share times that.
                 of_begun += underway.seconds * (1.0 / underway.share - 1.0)
                 measured.learn_part(task, underway.share, underway.seconds)
         of_others = 0.0
-        for kind, seconds in left.items():
+        for kind, seconds in remaining.items():
             # Below zero by rounding, once all tasks of a kind have been subtracted.
             of_others += max(seconds, 0.0) * measured.factor(kind)
         return of_begun + of_others
@@ -77,13 +77,13 @@ def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float]
     tasks: needs first. seconds: of each task.
     """
     chains: dict[str, float] = {}
-    whole = 0.0
+    total = 0.0
     for task in tasks:
-        own = seconds(task)
+        task_seconds = seconds(task)
         needed = [chains.get(need, 0.0) for need in task.needs]
-        chains[task.key] = own + max(needed, default=0.0)
-        whole += own
-    return max(whole / ranks, max(chains.values(), default=0.0))
+        chains[task.key] = task_seconds + max(needed, default=0.0)
+        total += task_seconds
+    return max(total / ranks, max(chains.values(), default=0.0))
 
 
 def roughly(seconds: float) -> str:
@@ -189,9 +189,9 @@ class Progress(Watch):
         self._print(f"{self._done} of {self._tasks} done {took}")
 
     def _show(self) -> None:
-        rate, left = self._pace()
+        rate, time_left = self._pace()
         share = self._processor_share("this process gets " if self._ranks == 1 else "each process gets ")
-        parts = [f"{self._done} of {self._count} tasks", rate, left, self._done_of_task(), share]
+        parts = [f"{self._done} of {self._count} tasks", rate, time_left, self._done_of_task(), share]
         state = ", ".join(filter(None, parts))
         # A counter with a plus sign before it has only what is more than zero: kinds with tasks left.
         kinds = ", ".join(+self._kinds)
@@ -205,8 +205,8 @@ class Progress(Watch):
     def _processor_share(self, process: str = "") -> str:
         """Share of a core that a process gets, as text behind its name, if that is far less than one."""
         underway = self._forecast.underway
-        seconds = sum(each.seconds for each in underway)
-        processor = sum(each.processor for each in underway)
+        seconds = sum(task.seconds for task in underway)
+        processor = sum(task.processor for task in underway)
         if processor >= CROWDED * seconds:
             return ""
         return f"{process}{processor / seconds:.0%} of a core"
@@ -220,14 +220,14 @@ class Progress(Watch):
         now = time.monotonic()
         passed = now - self._start
         # The forecast is as old as the last news.
-        left = self._forecast.seconds - (now - self._last)
+        seconds_left = self._forecast.seconds - (now - self._last)
         per_second = self._done / passed
         rate = f"{per_second:.2g} per s" if per_second >= 1.0 else duration(passed)
-        if left < 0.0 and self._done < self._count:
+        if seconds_left < 0.0 and self._done < self._count:
             # All that is known is that the estimate was too short: if no scale of time is more likely than another, what is
             # left is as likely longer as shorter than what has passed (Gott, Nature 363, 315, 1993).
             return rate, f"late, {roughly(now - self._last)} left"
-        return rate, f"about {duration(max(left, 0.0))} left"
+        return rate, f"about {duration(max(seconds_left, 0.0))} left"
 
     def _print(self, line: str) -> None:
         self._stream.write(line + "\n")
@@ -286,9 +286,9 @@ class TerminalProgress(Progress):
 
     def _show(self) -> None:
         self._share = max(self._share, self._forecast.share)
-        rate, left = self._pace()
+        rate, time_left = self._pace()
         # The row has no room for both: what the processes get explains why the rate is low.
-        texts: dict[str, Any] = {"rate": self._processor_share() or rate, "left": left, "description": self._label}
+        texts: dict[str, Any] = {"rate": self._processor_share() or rate, "left": time_left, "description": self._label}
         self._bar.update(self._row, completed=self._share, done=self._done, **texts)
 
 

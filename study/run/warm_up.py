@@ -30,13 +30,13 @@ def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Small tasks that run every kernel of these tasks; a drive's needs no more than `make_record`."""
     # One task for each choice of kernels, as numbers decide none.
     unlike = {_kernel_choices(task): task for task in tasks}
-    found: dict[str, Task] = {}
+    tasks_by_key: dict[str, Task] = {}
     for task in unlike.values():
         # A task that cannot be made small compiles its kernels itself.
         with suppress(InvalidInput):
             small = KINDS[task.kind].miniature(task)
-            found |= {each.key: each for each in small}
-    return tuple(found.values())
+            tasks_by_key |= {miniature.key: miniature for miniature in small}
+    return tuple(tasks_by_key.values())
 
 
 def _kernel_choices(task: Task) -> tuple[object, ...]:

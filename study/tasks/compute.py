@@ -100,13 +100,13 @@ def add_value(members: Iterable[Member], value: object) -> tuple[Member, ...]:
 def compute_members(
     task: Task,
     compute: Callable[[Case, int], Member],
-    there: int | None = None,
+    available: int | None = None,
     spent: Callable[[], float] = lambda: 0.0,
     coarse: Callable[[Case, "Compliance"], Member] | None = None,
 ) -> tuple[Member, ...]:
     """Compute the members of a task, or as many as its target needs. compute: one, from its case and number.
 
-    A member that the physics refuses has that outcome and no values. there: number of members whose inputs exist; all
+    A member that the physics refuses has that outcome and no values. available: number of members whose inputs exist; all
     of them are computed, and further ones only for a target. spent: relative error by what members leave out, which
     the target includes. coarse: computes a member on twice the node spacing; its change counts in the target, too.
     """
@@ -114,8 +114,8 @@ def compute_members(
     members = list[Member]()
     spacing: SpacingChange | None = None
     sizes = list(ensemble.sizes())
-    if there is not None:
-        sizes = [there, *(size for size in sizes if size > there)]
+    if available is not None:
+        sizes = [available, *(size for size in sizes if size > available)]
     for size in sizes:
         for number in range(len(members), size):
             with part_of_progress(number / size, (number + 1) / size):
@@ -155,7 +155,9 @@ def error_of_starts(within: float, change: float) -> float:
     return max(within - change, 2.0 * ENOUGH * change)
 
 
-def spacing_change(task: Task, own: Sequence[Member], compute: Callable[[Case, "Compliance"], Member]) -> float:
+def spacing_change(
+    task: Task, members_on_grid: Sequence[Member], compute: Callable[[Case, "Compliance"], Member]
+) -> float:
     """Largest relative change of a target's numbers by twice the node spacing, from means over as many members; NaN if unknown.
 
     compute: a member's result on the coarser grid, from its case and compliance.
@@ -167,7 +169,7 @@ def spacing_change(task: Task, own: Sequence[Member], compute: Callable[[Case, "
     if case is None:
         return math.nan
     compliance = surface_compliance(case.slab)
-    for number in range(len(own)):
+    for number in range(len(members_on_grid)):
         try:
             # At its end already: how long the coarse grid takes is no part of the progress.
             with part_of_progress(1.0, 1.0):
@@ -175,7 +177,7 @@ def spacing_change(task: Task, own: Sequence[Member], compute: Callable[[Case, "
         except SolverError as error:
             members.append(Member((), error.outcome))
     on_coarse = _target_values(kind, task.ensemble, members)
-    on_fine = _target_values(kind, task.ensemble, own)
+    on_fine = _target_values(kind, task.ensemble, members_on_grid)
     changes = list[float]()
     for (coarse, _), (fine, _) in zip(on_coarse, on_fine, strict=True):
         fine_mean = float(mean_of(np.array(fine, float)).mean)

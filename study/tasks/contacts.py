@@ -70,8 +70,8 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
     from nanoslip.solver.sliding.slider import portion  # noqa: PLC0415
 
     compliance = task_compliance(task, inputs)
-    found = portion(task_case(task), compliance, *task.contacts, task.ensemble)
-    return Computed((Member((found,), found.outcome),))
+    interface = portion(task_case(task), compliance, *task.contacts, task.ensemble)
+    return Computed((Member((interface,), interface.outcome),))
 
 
 def _miniature(task: Task) -> tuple[Task, ...]:

@@ -283,11 +283,11 @@ PAIRS: Final = 2
 
 def _compute(task: Task, inputs: Inputs) -> Computed:
     pulling = Pulling(task, inputs)
-    there = len(pulling.records)
+    record_count = len(pulling.records)
     # Over a contact itself a drive reads the compliance of its own grid.
     is_single = task_case(task).interface.contacts == 1 and not task_drive(task).memory
     coarse = pulling.coarse_member if is_single else None
-    members = compute_members(task, pulling.member, there, lambda: pulling.left_out.left_out_error, coarse)
+    members = compute_members(task, pulling.member, record_count, lambda: pulling.left_out.left_out_error, coarse)
     # What was left out is decided among members, so that their values get it last.
     if task.ensemble.within is not None:
         members = add_value(members, pulling.left_out)

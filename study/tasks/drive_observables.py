@@ -20,7 +20,7 @@ from nanoslip.study.tasks.task import Inputs, Task, task_key
 def drive_observables_task(case: Case, drive: Drive, ensemble: Ensemble, numbers: tuple[Observable, ...]) -> Task:
     """One's own numbers of the motions of a drive over the friction records of a case's members."""
     record = record_task(case, ensemble)
-    identities = [each.identity for each in numbers]
+    identities = [number.identity for number in numbers]
     return Task(
         task_key("drive_observables", record.key, drives.drive_text(drive), *identities),
         "drive_observables",

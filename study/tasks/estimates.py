@@ -334,8 +334,8 @@ def sliding_bytes(case: Case) -> float:
     # Without coupling a compliance that is a matrix is made anew.
     is_kept = case.effects.coupling or case.slab.scheme.endless
     is_copied = case.effects.pin_translation and not is_kept
-    whole = unknowns * (unknowns if is_copied else _FIELDS)
-    return FLOAT * (_systems(case) * entries**2 + whole)
+    matrix_entries = unknowns * (unknowns if is_copied else _FIELDS)
+    return FLOAT * (_systems(case) * entries**2 + matrix_entries)
 
 
 def record_bytes(case: Case) -> float:

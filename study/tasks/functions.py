@@ -63,10 +63,10 @@ def evaluate(observables: Sequence[Observable], members: Sequence[Arguments | No
     return Evaluated(scalars, outcome)
 
 
-def _finite_or_nan(given: Any) -> float:
+def _finite_or_nan(answer: Any) -> float:
     """A function's value as a number; NaN is how it says that there is none. Raises ValueError for anything else."""
     # numpy returns arrays without a dimension, and numbers of its own that are no `Real`.
-    value = given.item() if getattr(given, "ndim", None) == 0 else given
+    value = answer.item() if getattr(answer, "ndim", None) == 0 else answer
     if not isinstance(value, numbers.Real):
         raise ValueError(f"needs to be a number, and is a {type(value).__name__}")
     if math.isinf(value):

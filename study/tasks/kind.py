@@ -272,14 +272,14 @@ def column_length_name(sample: str) -> str:
 
 def member_column(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArray[Any]:
     """A member's column along a dimension."""
-    whole = result.arrays[name]
+    column = result.arrays[name]
     rows = result.scalars.get(column_length_name(sample))
     # Without lengths the column is the first member's alone.
     if rows is None:
-        return whole
+        return column
     begin = int(sum(rows[:member]))
     end = begin + int(rows[member])
-    return whole[begin:end]
+    return column[begin:end]
 
 
 def member_task(
@@ -333,8 +333,8 @@ class PartContents(NamedTuple):
 
     def is_held(self, names: Collection[str]) -> bool:
         """True if any of these names is of this part."""
-        own = (*self.scalars, *self.columns, *self.undeclared)
-        return any(name in names for name in own)
+        names_of_part = (*self.scalars, *self.columns, *self.undeclared)
+        return any(name in names for name in names_of_part)
 
 
 @lru_cache(maxsize=64)
@@ -410,8 +410,8 @@ def _require_arrays(kind: Kind, parts: Iterable[PartContents], members: int, res
     if not arrays:
         return
     for part in parts:
-        own = part.columns.keys() | part.undeclared
-        missing = own - arrays.keys() - scalars.keys()
+        names_needed = part.columns.keys() | part.undeclared
+        missing = names_needed - arrays.keys() - scalars.keys()
         if missing:
             raise ValueError(f"without {', '.join(sorted(missing))}")
         # Without lengths all columns along a dimension are as long as the first one.

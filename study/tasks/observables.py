@@ -16,7 +16,7 @@ from nanoslip.study.tasks.task import Inputs, Task, task_case, task_key
 def observables_task(case: Case, ensemble: Ensemble, numbers: tuple[Observable, ...]) -> Task:
     """One's own numbers of the friction records of a case's members."""
     record = record_task(case, ensemble)
-    identities = [each.identity for each in numbers]
+    identities = [number.identity for number in numbers]
     key = task_key("observables", record.key, *identities)
     needs = (record.key,)
     return Task(key, "observables", case.slab, case, observables=numbers, ensemble=record.ensemble, needs=needs)
@@ -41,9 +41,9 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
 
 def evaluate_members(task: Task, arguments: list[Arguments | None]) -> Computed:
     """One's own numbers of members, whose outcomes are those of their records and drives: here all complete."""
-    found = evaluate(task.observables, arguments)
-    members = (Member((), found.outcome),) * len(arguments)
-    return Computed(members, scalars=found.scalars)
+    evaluated = evaluate(task.observables, arguments)
+    members = (Member((), evaluated.outcome),) * len(arguments)
+    return Computed(members, scalars=evaluated.scalars)
 
 
 KIND: Final = Kind(

@@ -84,8 +84,8 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
             record = replace(record, shared=True)
         return (Wanted(record),)
     # The whole record is dropped once all have read it; its scalars are a result of their own, that stays.
-    whole = record_task(case, manifest.ensemble)
-    record = replace(whole, intermediate=True, shared=True)
+    whole_record = record_task(case, manifest.ensemble)
+    record = replace(whole_record, intermediate=True, shared=True)
     return Wanted(record), Wanted(record_scalars_task(record))
 
 

@@ -94,11 +94,11 @@ class Task:
     def label(self) -> str:
         """Label for humans, in the words of a manifest."""
         words = words_by_name()
-        given: dict[str, str] = {}
+        words_of_values: dict[str, str] = {}
         for name, value in zip(self.names, self.values, strict=True):
             if value is not None:
-                given[words.get(name, name)] = label_value(value)
-        entries = [f"{word}={text}" for word, text in given.items()]
+                words_of_values[words.get(name, name)] = label_value(value)
+        entries = [f"{word}={text}" for word, text in words_of_values.items()]
         return " ".join([self.kind, *entries])
 
 
@@ -233,7 +233,7 @@ def ineffective_parameters(case: Case, exclusions: tuple[Exclusion, ...] = OF_AL
     return _all_parameters(tuple(names))
 
 
-def idle(cases: Sequence[Case], given: Collection[str], contact_alone: bool) -> Iterator[str]:
+def idle(cases: Sequence[Case], stated: Collection[str], contact_alone: bool) -> Iterator[str]:
     """The given parameters, by field name, that change nothing in any of the cases, as in campaigns, each with the reason.
 
     contact_alone: whether nothing slides.
@@ -244,7 +244,7 @@ def idle(cases: Sequence[Case], given: Collection[str], contact_alone: bool) -> 
     words = words_by_name()
     for exclusion in OF_CONTACT if contact_alone else OF_ALL:
         parameters = itertools.chain.from_iterable(map(_parameters, exclusion.names))
-        names = [name for name in parameters if name in given]
+        names = [name for name in parameters if name in stated]
         if names and all(map(exclusion.where, cases)):
             yield from (f"{words[name]} changes nothing here: {exclusion.reason}" for name in names)
 

@@ -157,8 +157,8 @@ def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIn
         first = grid.row_nodes(int(other))[0]
         entries.append(first + nodes[None, :] + shifts[:, None])
     columns_used = np.concatenate(entries, axis=1)
-    own = grid.row_nodes(row)[0] + columns
-    rows_used = np.broadcast_to(own[:, None], columns_used.shape)
+    own_nodes = grid.row_nodes(row)[0] + columns
+    rows_used = np.broadcast_to(own_nodes[:, None], columns_used.shape)
     stencils = [np.concatenate(weight) for weight in zip(*weights, strict=True)]
     integrals = [np.tile(stencil, len(columns)) for stencil in stencils]
     return _FaceIntegrals(rows_used.ravel(), columns_used.ravel(), *integrals)

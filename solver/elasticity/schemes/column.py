@@ -108,15 +108,15 @@ def _middle_depths(ends: _Ends, height: float) -> Floats:
     """Depths of the middle's rows in L_x, its two borders included. Their number makes that of all rows odd."""
     near = max(1.0, 16.0 * ends.spacing)
     upper = float(ends.thickness(ends.head).sum()) / near
-    whole = height / near
-    lower = whole - float(ends.thickness(ends.tail).sum()) / near
-    first, last = _rows_above(upper, whole), _rows_above(lower, whole)
+    full_height = height / near
+    lower = full_height - float(ends.thickness(ends.tail).sum()) / near
+    first, last = _rows_above(upper, full_height), _rows_above(lower, full_height)
     # A strip of `galerkin` takes two intervals, so the number of rows, head + tail + rows + 1, has to be
     # odd. The 1e-9 below keeps the rounding of a whole number from adding two rows.
     odd = (len(ends.head) + len(ends.tail)) % 2
     wanted = (last - first) * near / (_MIDDLE_THICKNESS * ends.spacing)
     rows = max(2 - odd, 2 * math.ceil((wanted - odd) / 2 - 1e-9) + odd)
-    inner = [near * _rows_depth(place, whole) for place in np.linspace(first, last, rows + 1)[1:-1]]
+    inner = [near * _rows_depth(place, full_height) for place in np.linspace(first, last, rows + 1)[1:-1]]
     return np.array([near * upper, *inner, near * lower])
 
 
@@ -220,7 +220,7 @@ def _foot(slab: Slab) -> Dense:
     question = blank(k)
     bending = bar_forces(slab.n_x)[:, 2]
     question.f_x[: slab.n_x], question.f_z[: slab.n_x] = bending.reshape(2, -1)
-    found = solve_mixed(k, question)
+    solved = solve_mixed(k, question)
     from_middle = np.abs(k.grid.depths + slab.aspect_ratio / 2)
     row = int(np.argmin(from_middle))
     nodes = k.grid.row_nodes(row)
@@ -228,8 +228,8 @@ def _foot(slab: Slab) -> Dense:
     # 1/20 is the mean of x² under the parabola, ∫(3/2 - 6x²) x² dx from -1/2 to 1/2. At x = 0, u has
     # +ν/(1-ν)·κ/40.
     curvature, squeezed = 12.0 / _modulus(slab), slab.poisson / (1.0 - slab.poisson)
-    turned = float(found.w[nodes[-1]] - found.w[nodes[0]]) - curvature * above
-    middle = float(found.u[nodes[len(nodes) // 2]])
+    turned = float(solved.w[nodes[-1]] - solved.w[nodes[0]]) - curvature * above
+    middle = float(solved.u[nodes[len(nodes) // 2]])
     moved = middle + curvature * above**2 / 2 + turned * above - squeezed * curvature / 40
     foot = np.zeros((3, 3))
     foot[1, 2] = foot[2, 1] = moved

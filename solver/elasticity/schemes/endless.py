@@ -191,17 +191,17 @@ def mean_log(distance: NDArray[Any]) -> Vector:
 
     It is the second difference of z² ln z/2 - 3z²/4, here without its large terms; far away a series in 1/z².
     """
-    found = np.empty(distance.shape)
+    means = np.empty(distance.shape)
     far = np.abs(distance) >= FAR
     z = distance[far]
     # The closed form is a small difference of terms that grow as z² ln z.
     # ln(z + s) = ln z + Σ ±(s/z)^m/m: odd powers vanish in the mean, that of an even s^m is 2/((m + 1)(m + 2)).
     series = sum(2 / (m * (m + 1) * (m + 2)) / z**m for m in range(2, 17, 2))
-    found[far] = (np.log(z) - series).real
+    means[far] = (np.log(z) - series).real
     z = distance[~far]
     neighbours = (_square_log(z + 1) + _square_log(z - 1)) / 2
-    found[~far] = (neighbours - _square_log(z)).real - 1.5
-    return found
+    means[~far] = (neighbours - _square_log(z)).real - 1.5
+    return means
 
 
 FAR = 8

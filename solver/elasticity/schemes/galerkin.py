@@ -100,14 +100,14 @@ class Galerkin(GridScheme):
         return galerkin(self.grid(slab), slab.poisson, slab.support)
 
     def matrix(self, slab: Slab) -> Dense:
-        found = condense_surface(self.stiffness(trunk(slab)))
+        surface_matrix = condense_surface(self.stiffness(trunk(slab)))
         if trunk(slab) != slab:
             acting = resultants(slab.n_x)
             # Only a load's three resultants reach the inserted bar (Saint-Venant), which moves the surface rigidly.
             longer = acting.T @ lengthening(slab) @ acting
             # Symmetric to the last bit: Cholesky's factor is taken only of such a compliance.
-            found += (longer + longer.T) / 2
-        return found
+            surface_matrix += (longer + longer.T) / 2
+        return surface_matrix
 
 
 def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
@@ -118,7 +118,7 @@ def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
     widths = [1.0 / count for count in cells]
     blocks = [_element_blocks(grid, strip, width, poisson) for strip, width in zip(strips, widths, strict=True)]
     of_mesh = [_assemble_stiffness(cells, block) for block in zip(*blocks, strict=True)]
-    k_u, k_w, c_uw = (fields.T @ each @ fields for each in of_mesh)
+    k_u, k_w, c_uw = (fields.T @ stiffness_of_mesh @ fields for stiffness_of_mesh in of_mesh)
     matrix = assemble_blocks(k_u, c_uw, c_uw.T, k_w)
     return Stiffness(grid, matrix, support_mask(grid, support), symmetric=True)
 

@@ -50,7 +50,7 @@ class Layer(PlanarScheme):
         return max(PlanarScheme.lateral_stiffness(self, slab, nodes), film)
 
     def convolution(self, slab: Slab) -> PlaneConvolution:
-        found = half_space(slab) / slab.spacing
+        of_half_space = half_space(slab) / slab.spacing
         offsets = (np.arange(2 * slab.n_x - 1) - (slab.n_x - 1.0)) * slab.spacing
         # Gauss's two points of a side: h/(2√3) from its middle.
         inside = slab.spacing / math.sqrt(12.0)
@@ -68,7 +68,7 @@ class Layer(PlanarScheme):
         u = even(even(u, 0), 1)
         w = even(even(w, 0), 1)
         across = odd(even(across, 1))
-        return PlaneConvolution(found + np.array([[u, across], [-across, w]]))
+        return PlaneConvolution(of_half_space + np.array([[u, across], [-across, w]]))
 
 
 def _splines(slab: Slab, farthest: float) -> "scipy.interpolate.CubicSpline":
@@ -78,7 +78,9 @@ def _splines(slab: Slab, farthest: float) -> "scipy.interpolate.CubicSpline":
     xi = waves * height
     q = np.exp(-2.0 * xi)
     along_x, along_z, mixed = remainders(xi, slab)
-    along_x, along_z = (each - (1.0 - slab.poisson) * q for each in (along_x, along_z))  # the strip's without its image
+    along_x, along_z = (
+        transform_of_bulk - (1.0 - slab.poisson) * q for transform_of_bulk in (along_x, along_z)
+    )  # the strip's without its image
     # tanh ξ - 1 with tanh ξ = (1 - q)/(1 + q).
     along_y = -2.0 * q / (1.0 + q)
     r = np.linspace(0.0, farthest, max(FEWEST_PLACES, math.ceil(PLACES * farthest / height)))

@@ -78,10 +78,10 @@ class PlaneConvolution(SurfaceConvolution):
         along_x, along_y = to // n + n - 1, to % n + n - 1
         row = (2 * moved * offsets + along_x) * offsets + along_y
         column = (pushed * offsets - at // n) * offsets - at % n
-        found, table = np.empty((len(rows), len(columns))), self.by_offset.ravel()
-        for each, at in zip(found, row, strict=True):  # all places at once would take as much memory again
-            table.take(at + column, out=each, mode="clip")  # "raise" buffers
-        return found
+        block, table = np.empty((len(rows), len(columns))), self.by_offset.ravel()
+        for line, at in zip(block, row, strict=True):  # all places at once would take as much memory again
+            table.take(at + column, out=line, mode="clip")  # "raise" buffers
+        return block
 
     def runs(self, nodes: Indices) -> tuple[Indices, Indices, Indices]:
         """Column and row of each of these k rising nodes; and the first of each run of neighbours in a column, then k."""
@@ -108,8 +108,8 @@ class PlaneConvolution(SurfaceConvolution):
     def _inverse_transform(self, transform: NDArray[np.complex128]) -> Dense:
         """Values at the nodes, (…, n²), that have this transform."""
         n, around = self._n, self._spectrum.shape[-2]
-        found = scipy.fft.irfft2(transform, (around, around))[..., :n, :n]
-        return np.ascontiguousarray(found).reshape(*found.shape[:-2], n * n)
+        fields = scipy.fft.irfft2(transform, (around, around))[..., :n, :n]
+        return np.ascontiguousarray(fields).reshape(*fields.shape[:-2], n * n)
 
 
 class PlanarScheme(EndlessScheme):

@@ -50,15 +50,15 @@ class Strip(EndlessScheme):
         # In np.sinc the argument has the factor π.
         weights *= np.sinc(waves * spacing / (2.0 * math.pi)) ** 2 / (math.pi * waves)
         transforms = weights * remainders(waves * height, slab)
-        found = np.zeros((3, slab.n_x))
-        found[:2, :nodes] = image
-        found[2, :nodes] = (1.0 - 2.0 * slab.poisson) / 4.0 * np.sign(places)
+        response = np.zeros((3, slab.n_x))
+        response[:2, :nodes] = image
+        response[2, :nodes] = (1.0 - 2.0 * slab.poisson) / 4.0 * np.sign(places)
         for some in np.array_split(np.arange(len(waves)), math.ceil(len(waves) * nodes / AT_ONCE)):
             turns = np.outer(waves[some], spacing * places)
-            found[:2, :nodes] += transforms[:2, some] @ np.cos(turns)
-            found[2, :nodes] += transforms[2, some] @ np.sin(turns)
-        found[2, nodes:] = found[2, nodes - 1]  # squeezed by a push, a layer without friction below moves outward
-        return Convolution(*found)
+            response[:2, :nodes] += transforms[:2, some] @ np.cos(turns)
+            response[2, :nodes] += transforms[2, some] @ np.sin(turns)
+        response[2, nodes:] = response[2, nodes - 1]  # squeezed by a push, a layer without friction below moves outward
+        return Convolution(*response)
 
 
 def remainders(xi: Vector, slab: Slab) -> Vector:
