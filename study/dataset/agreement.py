@@ -242,6 +242,10 @@ class Runs:
         differences = []
         for name in names:
             if name in kept.variables and name in now.variables:
+                # A kept column may lie along anything, whoever wrote it: then it has no values of this run.
+                if kept.variables[name].dims != now.variables[name].dims:
+                    differences.append(odd(name, "has other dimensions"))
+                    continue
                 one = kept.variables[name].isel(here).values
                 other = now.variables[name].isel(other_run).values
                 scale = scales.get(name)

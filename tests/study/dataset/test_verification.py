@@ -234,6 +234,17 @@ def test_changed_values_are_different_and_named_with_their_case(altered, tmp_pat
         assert name.rpartition("/")[2] in findings[row].remark, name
 
 
+def test_a_column_along_another_dimension_is_different(altered, tmp_path):
+    def alter(opened: netCDF4.Dataset) -> None:
+        opened["record"].renameVariable("event_force_after", "event_force")
+        opened["record"].createVariable("event_force_after", "f8", ("record",))[:] = 0.0
+
+    shared, *findings = verified(altered(alter), tmp_path)
+    assert "dimensions of record/event_force_after" in shared.remark
+    assert [each.verdict for each in findings] == len(findings) * [Verdict.DIFFERENT]
+    assert all("event_force_after" in each.remark for each in findings)
+
+
 def test_changed_words_and_names_are_different_but_last_digits_are_rounding(altered, tmp_path):
     def alter(opened: netCDF4.Dataset) -> None:
         opened["outcome"][0, 0, 0, 0] = opened["outcome"].flag_meanings.split().index("no_slip")
