@@ -323,7 +323,7 @@ def test_starts_that_end_alike_in_a_short_record_share_an_error(main):
 
 def test_the_ones_that_have_a_plateau_are_no_sample_of_all(main):
     _, said, _ = main("try", "n_x=65", "radius=200", "normal_load=1e-6", "scheme=strip")
-    assert re.search(r"^plateau_mean +0\.361 ± \? \(4 of 8\)", said, re.M)
+    assert re.search(r"^plateau_mean +0\.361 ± \? \(4 of 8 starts\)", said, re.M)
 
 
 @pytest.mark.parametrize(
