@@ -304,10 +304,12 @@ def largest_half_width(top: Mapping[str, Any], scales: Scales) -> float:
             values = list(value.values()) if isinstance(value, dict) else value
             values_by_name[name] = values if isinstance(values, list) else [values]
     schemes = values_by_name.get("scheme", [])
-    planes = [name in SCHEMES and "y" in SCHEMES[name].LAYOUT.AXES for name in map(str, schemes)]
+    # What is no name of a scheme, of whatever type, is refused in its table.
+    named = [SCHEMES[name] for name in schemes if isinstance(name, str) and name in SCHEMES]
+    planes = ["y" in scheme.LAYOUT.AXES for scheme in named]
     punches = "flat_punch" in values_by_name.get("pin", [])
     has_modulus = bool({"shear_modulus", YOUNG} & top.get("scales", {}).keys())
-    if punches or not planes or not all(planes) or not has_modulus:
+    if punches or not planes or not all(planes) or len(named) < len(schemes) or not has_modulus:
         return math.nan
     radius = _largest_size(values_by_name.get("radius", []), "m")
     load = _largest_size(values_by_name.get("normal_load", []), "N")
@@ -315,7 +317,7 @@ def largest_half_width(top: Mapping[str, Any], scales: Scales) -> float:
     ratios = [value for value in values_by_name.get("poisson", []) if isinstance(value, float) and is_ratio(value)]
     # The softest flat has the least ν. With 1 m for L_x lengths are in m, and loads in G·m².
     poisson = min(ratios, default=Slab().poisson)
-    contact = smooth_contact(SCHEMES[schemes[0]].LAYOUT)
+    contact = smooth_contact(named[0].LAYOUT)
     half_width = contact.hertz(load / scales.shear_modulus, radius, poisson)
     return half_width if math.isfinite(half_width) else math.nan
 
