@@ -192,7 +192,7 @@ class Loops:
         "equivalent damping ratio",
         symbol="ζ_e",
         ensemble=True,
-        comment="loss_per_cycle over 4π times the elastic energy at a turn, ½·F·amplitude",
+        comment="loss_per_cycle over 4π times the elastic energy at a turn, ½·F·amplitude; NaN where friction there is 0",
     )
     path_stiffness: float = _stiffness("stiffness before the path", "dF/dδ_p of the contact with all nodes stuck")
 

@@ -16,7 +16,7 @@ from nanoslip.solver.contact.kernels.state import Direction
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.load_path import Loops, PathLine, Point, Turns
-from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import as_field, quantities, require
 from nanoslip.solver.progress import part_of_progress
 from nanoslip.solver.sliding.plateau import teeth
@@ -127,8 +127,12 @@ def follow(case: Case, compliance: Compliance, seen: Callable[[ContactState], No
     before = run_way(alone, compliance, start, Way(case.normal_load, until=start.displacement)).record
     end, outcome, flags = start, before.outcome, encode_flags(contact_flags(case, start))
     points = [*case.path.points(case.normal_load, before.presliding_length)] if outcome.ok else []
+    if outcome.ok and case.path.cyclic:
+        outcome = _rounding_outcome(*points[-2:])
     if outcome.ok:
         seen(start)
+    else:
+        points = []
     for leg, state, raised in _follow_legs(alone, compliance, start, points):
         outcome = state.outcome
         flags |= raised
@@ -140,6 +144,15 @@ def follow(case: Case, compliance: Compliance, seen: Callable[[ContactState], No
     cycles = case.path.cycles if case.path.cyclic and outcome.ok else 0
     constants = (case.normal_load, before.initial_stiffness, before.presliding_length)
     return Path(tuple(legs), start, end, *constants, cycles, flags & DOUBTFUL, outcome)
+
+
+def _rounding_outcome(one: Point, other: Point) -> Outcome:
+    """`COMPLETED`, or `ROUNDING` where cycles between two points drown in the rounding of the pin's position."""
+    stroke, rounding = abs(other[0] - one[0]), float(np.spacing(max(abs(one[0]), abs(other[0]))))
+    if rounding <= ELASTIC * stroke:  # or loops would close, and shake down, by rounding
+        return COMPLETED
+    message = "the pin's position is rounded by more than a millionth of the stroke: raise amplitude or stroke"
+    return Outcome(Ending.ROUNDING, message)
 
 
 def _follow_legs(
@@ -214,7 +227,9 @@ def loops_of(path: Path) -> Loops:
     # From one turn to the next, in the direction of each leg.
     risen = float(np.mean([leg.final_force - leg.initial_force for leg in later]))
     gone = float(np.mean([leg.final_displacement for leg in later]))
-    # Elastic energy at a turn: ½ · risen/2 · gone/2. Equivalent damping is the loss over 4π times this.
+    # Elastic energy at a turn, ½ · risen/2 · gone/2: none where every node drops to 0 there. Equivalent damping is the loss over
+    # 4π times this.
+    elastic = risen * gone / 8.0
     return Loops(
         cycle_amplitude=gone / 2.0 / path.presliding_length,
         cycle_stroke=gone,
@@ -223,8 +238,8 @@ def loops_of(path: Path) -> Loops:
         turn_friction=risen / 2.0 / legs[-1].normal_load,
         secant_stiffness=risen / gone,
         closure=max(map(_apart, legs[-4:-2], legs[-2:])) / legs[-1].normal_load if path.cycles > 1 else math.nan,
-        shaken_down=float(legs[-1].lost + legs[-2].lost < ELASTIC * risen * gone / 8.0),
-        equivalent_damping=2.0 * loss / (math.pi * risen * gone),
+        shaken_down=float(legs[-1].lost + legs[-2].lost < ELASTIC * elastic),
+        equivalent_damping=2.0 * loss / (math.pi * risen * gone) if elastic else math.nan,
         path_stiffness=path.stiffness,
     )
 

@@ -58,8 +58,8 @@ BURSTS = (
     *("time_stuck", "spring_force_amplitude", "stick_slip_period"),
 )
 """What starts miss together in short records, or repeat: their shared error is unknown."""
-SHARES = ("fluctuation", "unseen_force")
-"""What is over the force of a plateau, which may be 0."""
+SHARES = ("fluctuation", "unseen_force", "equivalent_damping")
+"""What is over the force of a plateau, or over the energy at a turn, which may be 0."""
 KINETIC = ("kinetic_friction",)
 LACKS = {
     Ending.NO_PLATEAU: (

@@ -12,7 +12,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import Direction
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.load_path import LoadPath
-from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.simulate import friction_path
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.path import loops_of
@@ -313,6 +313,25 @@ HARD = {
     "sticky": (case_of("strip", 65, intrinsic_friction=3.0), {"amplitude": 0.7}),
     "punch": (case_of("galerkin", 65, pin="flat_punch"), {"amplitude": 0.7, "visited_loads": (0.5,)}),
 }
+
+
+@pytest.mark.parametrize("way", [{"amplitude": 1e-20, "slid": 1.0}, {"stroke": 1e-24, "slid": 1.0}])
+def test_cycles_that_rounding_swallows_are_an_outcome(way):
+    """One has no way at all beside where the pin has slid, the other is of two or three last digits."""
+    path = led(case_of(n_x=9), cycles=2, **way)
+    assert path.outcome.ending is Ending.ROUNDING
+    assert path.outcome.message
+    assert np.isnan(loops_of(path).secant_stiffness)
+
+
+def test_a_loop_without_friction_at_its_turns_has_no_damping_ratio():
+    """Every node drops to 0 at a turn, where energy has been lost: a ratio to no elastic energy."""
+    strength_alone = SlipRule(strength=2e-18, event_floor=1.0)
+    case = case_of("galerkin", 9, radius=1e4, normal_load=4e-7, intrinsic_friction=0.0, slip_rule=strength_alone)
+    numbers = loops_of(led(case, amplitude=1.5, cycles=2))
+    assert numbers.turn_friction == 0.0
+    assert numbers.loss_per_cycle > 0.0
+    assert np.isnan(numbers.equivalent_damping)
 
 
 @pytest.mark.slow
