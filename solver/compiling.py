@@ -5,7 +5,10 @@ kernel that may call the changed code: the kernels of its folder, and of folders
 """
 
 import hashlib
+import os
 import re
+import stat
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, partial
@@ -19,11 +22,9 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
-from nanoslip.solver.cache_folder import private_folders, require_own_folder
-
 __all__ = ["find_dispatcher", "listening", "source_stamp"]
 
-KERNEL_FILES: Final = ("arrays.py", "cache_folder.py", "compiled.py", "compiling.py", "*/kernels/*.py")
+KERNEL_FILES: Final = ("arrays.py", "compiled.py", "compiling.py", "*/kernels/*.py")
 """Files of kernels, of all that kernels import from this package, and of their compilation; relative to the package."""
 _PACKAGE = Path(__file__).parent
 _IMPORTED: Final = re.compile(r"^from nanoslip\.solver\.(\w+)\.kernels", re.MULTILINE)
@@ -106,6 +107,59 @@ class _StampedResults(CompileResultCacheImpl):
         require_own_folder(Path(self.locator.get_cache_path()), source)
         self.locator.get_source_stamp = partial(source_stamp, source.parent)
 
+
+# The folder of compiled kernels. Numba unpickles every file in it: whoever can write there can run code as its reader.
+
+OTHERS_MAY_WRITE: Final = stat.S_IWGRP | stat.S_IWOTH
+
+
+class UnsafeFolderError(OSError):
+    """Refusal of a folder that another user owns, or may write."""
+
+
+def require_own_folder(folder: Path, source: Path) -> None:
+    """Raise UnsafeFolderError, and warn once, unless only this user, or the administrator, can write to a cache folder.
+
+    source: file of the kernel. Beside it, in `__pycache__`, Python itself loads code: who writes there needs no kernel.
+    """
+    if folder == source.parent / "__pycache__":
+        return
+    # Whoever owns the folder above could put another one in its place.
+    for place in (folder, folder.parent):
+        problem = _problem(place)
+        if problem:
+            _warn(f"{place}: compiled kernels are neither kept nor read there: {problem}")
+            raise UnsafeFolderError(f"{place}: {problem}")
+
+
+def _problem(folder: Path) -> str:
+    """Reason why others can write to a folder, with the way out; empty if they cannot."""
+    state = folder.stat()
+    if state.st_uid not in (os.geteuid(), 0):
+        return "it belongs to another user; set NUMBA_CACHE_DIR to a folder of your own"
+    # With the sticky bit, as in the shared temporary folder, others may add names, and change none of ours.
+    if state.st_mode & OTHERS_MAY_WRITE and not state.st_mode & stat.S_ISVTX:
+        return f"others may write to it; chmod go-w {folder}"
+    return ""
+
+
+@cache
+def _warn(text: str) -> None:
+    warnings.warn(text, RuntimeWarning, stacklevel=2)
+
+
+@contextmanager
+def private_folders() -> Iterator[None]:
+    """Have folders that are made in this context writable to their owner alone, whatever the umask."""
+    before = os.umask(0o022)
+    os.umask(before | OTHERS_MAY_WRITE)
+    try:
+        yield
+    finally:
+        os.umask(before)
+
+
+# The cache of kernels in that folder.
 
 _CUT: Final = (EOFError, UnpicklingError)
 """Errors of a file of which a part was kept."""

@@ -6,8 +6,8 @@ from pathlib import Path
 import numba
 import pytest
 
-from nanoslip.solver.cache_folder import UnsafeFolderError, private_folders, require_own_folder
 from nanoslip.solver.compiled import declare_kernel
+from nanoslip.solver.compiling import UnsafeFolderError, private_folders, require_own_folder
 
 STRANGER = 65534
 
