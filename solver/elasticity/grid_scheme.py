@@ -1,7 +1,8 @@
 """Schemes with a grid: their surface compliance, and mixed boundary value problems on it (§2.1.4)."""
 
+import math
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -17,8 +18,8 @@ from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 class GridScheme(Scheme):
     """A scheme that discretizes the whole slab by rows of nodes."""
 
-    columns: ClassVar[bool] = False
-    """True if a slab taller than a few widths is condensed as a column (see schemes.column)."""
+    tallest: ClassVar[float] = math.inf
+    """Height in L_x up to which a slab has a grid from top to bottom; a taller one is condensed as a column (schemes.column)."""
 
     @abstractmethod
     def grid(self, slab: Slab) -> Grid:
@@ -65,6 +66,14 @@ def grid_scheme(slab: Slab) -> GridScheme:
         return slab.scheme
     having = ", ".join(name for name, kind in SCHEMES.items() if issubclass(kind, GridScheme))
     raise InvalidInput("scheme", slab.scheme.name, f"one that has a grid: {having}")
+
+
+def trunk(slab: Slab) -> Slab:
+    """The slab whose grid is used for `slab`: the slab itself, or one as tall as its scheme allows where it is taller."""
+    scheme = slab.scheme
+    if isinstance(scheme, GridScheme) and slab.aspect_ratio > scheme.tallest:
+        return replace(slab, aspect_ratio=scheme.tallest)
+    return slab
 
 
 def stiffness(slab: Slab) -> Stiffness:

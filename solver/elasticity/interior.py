@@ -16,8 +16,8 @@ from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.elasticity.condensation import families, project_stiffness
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.elasticity.grid import Grid, Stiffness, across, lame, slopes, value
-from nanoslip.solver.elasticity.grid_scheme import solve_sparse, stiffness
-from nanoslip.solver.elasticity.schemes.column import bar_forces, lengthening, resultants, transfer_matrix, trunk
+from nanoslip.solver.elasticity.grid_scheme import solve_sparse, stiffness, trunk
+from nanoslip.solver.elasticity.schemes.column import bar_forces, lengthening, resultants, transfer_matrix
 from nanoslip.solver.slab import Slab
 
 _NAMES = [item.name for item in fields(InteriorFields)]

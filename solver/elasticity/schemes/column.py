@@ -13,14 +13,14 @@ trunk's field. A held right side bears shear force and moment, so that only N is
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Dense, Floats
 from nanoslip.solver.elasticity.grid import Grid
-from nanoslip.solver.elasticity.grid_scheme import GridScheme, blank, solve_mixed, stiffness
+from nanoslip.solver.elasticity.grid_scheme import blank, solve_mixed, stiffness, trunk
 from nanoslip.solver.slab import Slab
 
 # The graded hierarchy of node rows: from the surface down each level has half the intervals of the one above.
@@ -145,12 +145,6 @@ def _rows_depth(rows: float, height: float) -> float:
 TALL = 10.0
 """Height in L_x up to which a slab has a grid from top to bottom. Half-way down a taller one, stresses that are not a bar's have
 decayed to 1e-9 (right side held: 3e-5). The part of them that the bottom reflects is 1e-18 (1e-9) at the surface."""
-
-
-def trunk(slab: Slab) -> Slab:
-    """The slab whose grid is used for `slab`: the slab itself, or the same slab with height TALL where it is taller."""
-    columns = isinstance(slab.scheme, GridScheme) and slab.scheme.columns
-    return replace(slab, aspect_ratio=TALL) if columns and slab.aspect_ratio > TALL else slab
 
 
 def resultants(n_x: int) -> Dense:

@@ -42,8 +42,8 @@ from nanoslip.solver.elasticity.grid import (
     support_mask,
     value,
 )
-from nanoslip.solver.elasticity.grid_scheme import GridScheme
-from nanoslip.solver.elasticity.schemes.column import lengthening, make_graded_hierarchy, resultants, trunk
+from nanoslip.solver.elasticity.grid_scheme import GridScheme, trunk
+from nanoslip.solver.elasticity.schemes.column import TALL, lengthening, make_graded_hierarchy, resultants
 from nanoslip.solver.parameter import parameter, require, validate
 from nanoslip.solver.slab import SCHEMES, Slab, Support, grid_levels
 
@@ -60,7 +60,7 @@ class Galerkin(GridScheme):
     """
 
     name = "galerkin"
-    columns = True
+    tallest = TALL
     rows_per_level: int | None = parameter(
         None,
         meaning="node rows of each level",

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.grid_scheme import trunk
 from nanoslip.solver.elasticity.schemes import Galerkin
-from nanoslip.solver.elasticity.schemes.column import TALL, bar_forces, lengthening, resultants, trunk
+from nanoslip.solver.elasticity.schemes.column import TALL, bar_forces, lengthening, resultants
 from nanoslip.solver.slab import Slab, Support
 from tests.benchmarks.compliance import sparse_compliance
 
