@@ -34,6 +34,12 @@ def surface_y(rows: int, nodes: int) -> Floats:
     return np.tile(surface_x(rows) if rows > 1 else np.zeros(1), nodes // rows)
 
 
+MARGIN: Final = 8
+"""Free nodes followed on each side of a contact in a row, at least."""
+RINGS: Final = 2
+"""Rings of free nodes that are followed around a contact on a plane of nodes; a touch in the outer one requires a new window."""
+
+
 @dataclass(frozen=True, slots=True)
 class Layout(ABC):
     """Places of the surface nodes, the surface that belongs to each, and how many of them a contact has.
@@ -77,6 +83,11 @@ class Layout(ABC):
     @abstractmethod
     def node_depth(self) -> float:
         """Depth that a node's forces stand for: 1 in plane strain, where they are per unit depth, a spacing on a plane."""
+
+    @property
+    @abstractmethod
+    def followed_margin(self) -> int:
+        """Number of free nodes that are followed on each side of a contact."""
 
     def x(self, first_node: int = 0) -> Vector:
         """Positions along the drag from the slab's middle, in L_x, (n,), of the nodes from this one on."""
@@ -171,6 +182,11 @@ class Row(Layout):
     def node_depth(self) -> float:
         return 1.0
 
+    @property
+    def followed_margin(self) -> int:
+        # Where a tableau is dear, the contact has room to grow before the next one.
+        return max(MARGIN, self.n_x // 128)
+
     def places(self, nodes: Indices) -> tuple[Indices, ...]:
         return (nodes,)
 
@@ -236,6 +252,10 @@ class Plane(Layout):
     @property
     def node_depth(self) -> float:
         return self.spacing
+
+    @property
+    def followed_margin(self) -> int:
+        return RINGS
 
     def places(self, nodes: Indices) -> tuple[Indices, ...]:
         return divmod(nodes, self.rows)

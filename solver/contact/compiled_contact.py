@@ -3,14 +3,16 @@
 import sys
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Nodes, Vector
+from nanoslip.solver.arrays import Nodes, Vector, Window
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve_violations
-from nanoslip.solver.contact.kernels.pivots import new_pivots
+from nanoslip.solver.contact.kernels.path import Events
+from nanoslip.solver.contact.kernels.pivots import MOST_PIVOTS, Pivots
 from nanoslip.solver.contact.kernels.state import (
     FORWARD,
     RESIDUAL_LIMIT,
@@ -20,15 +22,15 @@ from nanoslip.solver.contact.kernels.state import (
     KernelState,
     Plane as KernelPlane,
     Rise,
+    Scalars,
     SlipConstants,
     Stop,
     equilibrium_residual,
-    new_scalars,
     respond,
 )
 from nanoslip.solver.contact.pin import make_pin, node_friction, node_strength, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.contact.tableau import Window, tableau, tableau_from_base, window_entries, zero_lines
+from nanoslip.solver.contact.tableau import tableau, tableau_from_base, window_entries, zero_lines
 from nanoslip.solver.contact.window import follower, window_around, window_reach
 from nanoslip.solver.elasticity.compliance import (
     FEW_NODES,
@@ -286,3 +288,47 @@ def has_node_beyond_window(compiled: CompiledContact, state: ContactState) -> bo
     gap = state.gap.copy()
     gap[compiled.window] = 0.0
     return bool(gap.min() < -compiled.constants.tolerance_gap)
+
+
+# Arrays that kernels fill.
+
+_SCALARS = np.dtype(list(Scalars.__annotations__.items()))
+
+
+def new_scalars(displacement: float, direction: Direction) -> Scalars:
+    """The numbers of a state, all 0 but δ_p and the direction."""
+    scalars: Scalars = np.zeros(1, _SCALARS)[0]
+    scalars["displacement"] = displacement
+    for name, value in direction._asdict().items():
+        scalars[name] = value
+    return scalars
+
+
+def new_pivots(entries: int, length: int) -> Pivots:
+    """No pivots yet of a tableau with this number of rows, and their length."""
+    m = MOST_PIVOTS
+    return Pivots(
+        rows=np.zeros((m, 2, length)),
+        inverses=np.zeros((m, 4)),
+        nodes=np.zeros(m, np.int64),
+        followed=np.zeros(entries, np.int64),
+        meetings=np.zeros((m, 5, m)),
+        twins=np.zeros(m, np.int64),
+        entries=np.zeros((2, 2, m)),
+        factors=np.zeros((2, m, 2)),
+        chosen=np.zeros(m, np.int64),
+    )
+
+
+def _number_type(column: Any) -> Any:
+    """The type of an array's numbers: the innermost of its annotation, whose layers differ between versions of numpy."""
+    inner = get_args(column)
+    return _number_type(inner[-1]) if inner else column
+
+
+_KINDS = [_number_type(column) for column in Events.__annotations__.values()]
+
+
+def empty_events(capacity: int) -> Events:
+    """Allocate columns for this number of events, not filled."""
+    return Events(*[np.empty(capacity, kind) for kind in _KINDS])

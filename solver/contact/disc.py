@@ -36,6 +36,16 @@ def node_disc(n: int, nodes: float) -> Nodes:
     return np.asarray(along[:, None] ** 2 + along**2 <= nodes / math.pi)
 
 
+def wider(nodes: Nodes, rings: int = 1) -> Nodes:
+    """Nodes of a plane, (columns, rows), and their neighbours, also at corners, up to this number of rings."""
+    for _ in range(rings):
+        padded = np.pad(nodes, 1)
+        # Along one direction, then the other: so corners are reached too.
+        along = padded[:-2] | padded[1:-1] | padded[2:]
+        nodes = along[:, :-2] | along[:, 1:-1] | along[:, 2:]
+    return nodes
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Quarter:
     """A quarter of the entries [u; w; load] of a disc's nodes, k in all, and their images under the four reflections."""

@@ -18,10 +18,11 @@ from nanoslip.solver.contact.compiled_contact import (
     compile_contact,
     contact_value,
     correct_rounding,
+    empty_events,
     has_node_beyond_window,
 )
 from nanoslip.solver.contact.convolved import convolve_contact
-from nanoslip.solver.contact.kernels.path import empty_events, follow_path
+from nanoslip.solver.contact.kernels.path import follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
 from nanoslip.solver.contact.pin import (

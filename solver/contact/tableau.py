@@ -13,9 +13,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Dense, Indices, Nodes
-from nanoslip.solver.contact.disc import CHARACTERS, Quarter, node_disc, quarter
-from nanoslip.solver.contact.kernels.state import RINGS
+from nanoslip.solver.arrays import Dense, Indices, Nodes, Window
+from nanoslip.solver.contact.disc import CHARACTERS, Quarter, node_disc, quarter, wider
 from nanoslip.solver.elasticity.compliance import (
     Compliance,
     EndlessCompliance,
@@ -27,9 +26,7 @@ from nanoslip.solver.elasticity.compliance import (
     take_entries,
 )
 from nanoslip.solver.elasticity.schemes.endless import SurfaceConvolution
-
-Window = NDArray[np.int64]
-"""Numbers of the surface nodes that are followed, rising: neighbours in a row, or a patch of a plane."""
+from nanoslip.solver.layout import RINGS
 
 LINE = 8
 """Floats in a cache line of 64 bytes."""
@@ -81,16 +78,6 @@ def window_entries(compliance: Compliance, window: Window, matrix: Dense | None 
         return partial(take_entries, matrix)
     both = np.concatenate((window, window + compliance.slab.nodes))
     return lambda rows, columns: compliance.entries(both[rows], both[columns])
-
-
-def wider(nodes: Nodes, rings: int = 1) -> Nodes:
-    """Nodes of a plane, (columns, rows), and their neighbours, also at corners, up to this number of rings."""
-    for _ in range(rings):
-        padded = np.pad(nodes, 1)
-        # Along one direction, then the other: so corners are reached too.
-        along = padded[:-2] | padded[1:-1] | padded[2:]
-        nodes = along[:, :-2] | along[:, 1:-1] | along[:, 2:]
-    return nodes
 
 
 # On a plane of nodes without ends the compliance of two nodes follows from their offset. A contact that is shifted by whole

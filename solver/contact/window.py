@@ -6,12 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from nanoslip.solver.arrays import Indices, Nodes, Vector
+from nanoslip.solver.arrays import Indices, Nodes, Vector, Window
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.kernels.state import RINGS, KernelState, margin
+from nanoslip.solver.contact.disc import wider
+from nanoslip.solver.contact.kernels.state import KernelState
 from nanoslip.solver.contact.pin import estimate_half_width, make_pin, surface_from_pin
-from nanoslip.solver.contact.tableau import Window, wider
-from nanoslip.solver.layout import Layout, Plane, Row
+from nanoslip.solver.layout import RINGS, Layout, Plane, Row
 from nanoslip.solver.slab import Slab
 
 # Nodes far from the contact cannot touch a smooth pin before their nearer neighbours do: a touch near the window's end asks for
@@ -70,7 +70,7 @@ class RowFollower(Follower):
     """Neighbours in a row, from the margin before the first node followed to that behind the last."""
 
     def surround(self, slab: Slab, followed: Nodes, pin_rate: float) -> Window:
-        nodes, more = followed.nonzero()[0], margin(slab.n_x)
+        nodes, more = followed.nonzero()[0], slab.layout.followed_margin
         first = max(int(nodes[0]) - more, 0)
         last = min(int(nodes[-1]) + more, slab.n_x - 1)
         return np.arange(first, last + 1)
@@ -91,14 +91,14 @@ class RowFollower(Follower):
         return np.array([0, len(outer) - 1])
 
     def margin(self, slab: Slab) -> int:
-        return margin(slab.n_x)
+        return slab.layout.followed_margin
 
     def is_in_spots(self, contact: Nodes) -> bool:
         nodes = np.flatnonzero(contact)
         return bool(len(nodes) < ONE_SPOT * (nodes[-1] - nodes[0] + 1))
 
     def travel(self, slab: Slab) -> int:
-        return margin(slab.n_x) - GUARD
+        return slab.layout.followed_margin - GUARD
 
     def expected_nodes(self, case: Case) -> float:
         return 0.0

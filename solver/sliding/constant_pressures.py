@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from nanoslip.solver.case import MOST_EVENTS, Case
-from nanoslip.solver.contact.compiled_contact import slip_constants
-from nanoslip.solver.contact.kernels.state import Direction, Stop, new_scalars
+from nanoslip.solver.contact.compiled_contact import new_scalars, slip_constants
+from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.pin import node_limit
 from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact import coulomb
+from nanoslip.solver.contact.compiled_contact import empty_events
 from nanoslip.solver.contact.kernels.events import STEEPEST
-from nanoslip.solver.contact.kernels.path import Events, empty_events
+from nanoslip.solver.contact.kernels.path import Events
 from nanoslip.solver.contact.kernels.state import EventKind, Stop
 from nanoslip.solver.contact.pin import LONGEST_STEP, limit_over_pressure, node_limit
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP

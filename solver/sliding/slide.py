@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from nanoslip.solver.case import Case, Interface
+from nanoslip.solver.contact.compiled_contact import empty_events
 from nanoslip.solver.contact.initial import diagnose_state, initial_contact
-from nanoslip.solver.contact.kernels.path import empty_events
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import InvalidInput, Outcome, SingularOperator, TooFarApart

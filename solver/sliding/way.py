@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.kernels.path import Events, empty_events
+from nanoslip.solver.contact.compiled_contact import empty_events
+from nanoslip.solver.contact.kernels.path import Events
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction
 from nanoslip.solver.contact.pin import contact_area, contact_limit
 from nanoslip.solver.contact.state import ContactState

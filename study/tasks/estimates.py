@@ -14,13 +14,11 @@ import numpy as np
 from nanoslip.solver.case import MOST_EVENTS, Case, make_image
 from nanoslip.solver.contact.closed_forms import smooth_contact
 from nanoslip.solver.contact.kernels.path import STRETCHES
-from nanoslip.solver.contact.kernels.state import RINGS, margin
 from nanoslip.solver.contact.pin import contact_limit, estimate_half_width
 from nanoslip.solver.drive import Drive, estimate_duration
 from nanoslip.solver.dynamics.stick_slip import MOST_FITTED_SAMPLES
-from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
+from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme, trunk
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
-from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import cache_last
 from nanoslip.solver.layout import Layout, Plane, Row
 from nanoslip.solver.load_path import path_extent
@@ -156,7 +154,7 @@ def _followed_in_row(case: Case, across: float) -> float:
     """Nodes in a window with this many in contact; a rough pin may meet any node."""
     if case.heterogeneity.roughness:
         return case.slab.n_x
-    return across + 2.0 * margin(case.slab.n_x)
+    return across + 2.0 * case.slab.layout.followed_margin
 
 
 def _followed_on_plane(case: Case, across: float) -> float:
@@ -166,7 +164,7 @@ def _followed_on_plane(case: Case, across: float) -> float:
     # A sphere rises by x²/2R: to twice the range h of the roughness within x = 2√(Rh), a diameter of 4√(Rh).
     spaces = case.slab.n_x - 1
     width_of_roughness = 4.0 * spaces * math.sqrt(case.radius * rough)
-    diameter = math.hypot(across, width_of_roughness) + 2.0 * RINGS
+    diameter = math.hypot(across, width_of_roughness) + 2.0 * case.slab.layout.followed_margin
     return case.slab.layout.nodes_of_width(diameter)
 
 

@@ -11,7 +11,6 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nanoslip import Case, Slab, contact_state, friction_record, surface_compliance
-from nanoslip.solver.contact.kernels.state import margin
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.plan.expectations import machine_memory
 from tests.benchmarks.apart import alone
@@ -83,7 +82,7 @@ def cost(scheme: str, n_x: int, displacement: float) -> Cost:
         condensed - before,
         touched - before,
         peak_memory() - before,
-        8.0 * (2 * (contact + 2 * margin(n_x)) + 1) ** 2,
+        8.0 * (2 * (contact + 2 * slab.layout.followed_margin) + 1) ** 2,
     )
 
 

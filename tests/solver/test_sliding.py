@@ -11,9 +11,10 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from nanoslip.solver import layout
 from nanoslip.solver.case import Case, Effects, Heterogeneity, InitialContact, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.kernels import events as kernels, state as window
+from nanoslip.solver.contact.kernels import events as kernels
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.contact.soundness import DOWNHILL
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
@@ -133,7 +134,7 @@ def test_following_a_window_of_nodes_changes_nothing(far, monkeypatch):
     case = Case(0.2, 1.0, 1e-4, slab=slab, slip_rule=rule, max_events=None, max_displacement=far)
     windowed, state = slide_to_state(case, compliance)
     assert_contact_laws(state, case, compliance)
-    monkeypatch.setattr(window, "MARGIN", slab.n_x)
+    monkeypatch.setattr(layout, "MARGIN", slab.n_x)
     whole = slide(case, compliance)
     count = min(len(whole.node), 200)  # beyond, rounding decides ties differently and the records part
     assert count > 20

@@ -8,6 +8,7 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact import compiled_contact, normal, tableau
+from nanoslip.solver.contact.disc import wider
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.events import pivot
 from nanoslip.solver.contact.kernels.pivots import MOST_PIVOTS
@@ -46,10 +47,10 @@ def test_a_contact_set_up_from_a_disc_has_the_tableau_of_its_own_inverse(scheme,
     random = np.random.default_rng(1)
     for nodes, moved in ((30.0, (0, 0)), (45.0, (-1, 2)), (20.0, (3, -3))):
         disc = np.roll(tableau.node_disc(slab.n_x, nodes), moved, (0, 1))
-        rim = np.flatnonzero(tableau.wider(disc).ravel() & ~disc.ravel())
+        rim = np.flatnonzero(wider(disc).ravel() & ~disc.ravel())
         touching = disc.ravel().copy()
         touching[random.choice(rim, 2, replace=False)] = True
-        window = np.flatnonzero(tableau.wider(touching.reshape(disc.shape), 2))
+        window = np.flatnonzero(wider(touching.reshape(disc.shape), 2))
         found = tableau.tableau_from_base(compliance, window, touching[window], 30.0)
         assert_same(found, inverted(compliance, window, touching[window]))
 
@@ -59,7 +60,7 @@ def test_what_is_not_nearly_a_disc_is_inverted_by_itself():
     for columns, rows in (((2, 3, 13, 14), (2, 3, 13, 14)), ((0, 1), (0, 1, 2, 3))):
         contact = np.zeros((17, 17), np.bool_)
         contact[np.ix_(columns, rows)] = True
-        window = np.flatnonzero(tableau.wider(contact, 2))
+        window = np.flatnonzero(wider(contact, 2))
         touching = contact.ravel()[window]
         assert tableau.tableau_from_base(COMPLIANCE, window, touching, float(contact.sum())) is None
         half = tableau.zero_lines(2 * len(window) + 1)
@@ -72,7 +73,7 @@ def test_a_base_holds_a_quarter_of_the_disc_and_every_entry_of_it(monkeypatch):
     bases, find = [], tableau.find_base
     monkeypatch.setattr(tableau, "find_base", lambda *given: bases.append(find(*given)) or bases[-1])
     disc = tableau.node_disc(SLAB.n_x, 30.0)
-    window = np.flatnonzero(tableau.wider(disc, tableau.BASE_RINGS))
+    window = np.flatnonzero(wider(disc, tableau.BASE_RINGS))
     found = tableau.tableau_from_base(COMPLIANCE, window, disc.ravel()[window], 30.0)
     assert_same(found, inverted(COMPLIANCE, window, disc.ravel()[window]))
     (base,) = bases
@@ -84,7 +85,7 @@ def test_a_base_holds_a_quarter_of_the_disc_and_every_entry_of_it(monkeypatch):
 def test_a_disc_of_one_node_or_few_is_no_special_case(nodes):
     """Of a single node two of the four parts have no entry in contact, of a few nodes some parts have few."""
     disc = tableau.node_disc(SLAB.n_x, nodes)
-    window = np.flatnonzero(tableau.wider(disc, 2))
+    window = np.flatnonzero(wider(disc, 2))
     found = tableau.tableau_from_base(COMPLIANCE, window, disc.ravel()[window], nodes)
     assert_same(found, inverted(COMPLIANCE, window, disc.ravel()[window]))
     half_width = math.sqrt(nodes / math.pi) * SLAB.spacing

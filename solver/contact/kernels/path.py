@@ -1,6 +1,6 @@
 """The path of pin and load from event to event, compiled: the loop around `next_event` and the cascade; columns of events."""
 
-from typing import Any, NamedTuple, get_args
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,20 +40,6 @@ class Events(NamedTuple):
     contact_size: NDArray[np.int32]
     extent: NDArray[np.int32]
     load: Floats
-
-
-def _number_type(column: Any) -> Any:
-    """The type of an array's numbers: the innermost of its annotation, whose layers differ between versions of numpy."""
-    inner = get_args(column)
-    return _number_type(inner[-1]) if inner else column
-
-
-_KINDS = [_number_type(column) for column in Events.__annotations__.values()]
-
-
-def empty_events(capacity: int) -> Events:
-    """Allocate columns for this number of events, not filled."""
-    return Events(*[np.empty(capacity, kind) for kind in _KINDS])
 
 
 @declare_kernel(inline="always")

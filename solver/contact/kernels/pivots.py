@@ -56,22 +56,6 @@ MOST_PIVOTS = 16
 """Pivots that rows of the tableau may follow later: their rows fit a processor's cache."""
 
 
-def new_pivots(entries: int, length: int) -> Pivots:
-    """No pivots yet of a tableau with this number of rows, and their length."""
-    m = MOST_PIVOTS
-    return Pivots(
-        rows=np.zeros((m, 2, length)),
-        inverses=np.zeros((m, 4)),
-        nodes=np.zeros(m, np.int64),
-        followed=np.zeros(entries, np.int64),
-        meetings=np.zeros((m, 5, m)),
-        twins=np.zeros(m, np.int64),
-        entries=np.zeros((2, 2, m)),
-        factors=np.zeros((2, m, 2)),
-        chosen=np.zeros(m, np.int64),
-    )
-
-
 @declare_kernel(inline="always")
 def note_meetings(pivots: Pivots, k: int, n: int) -> None:
     """Note how pivot k and earlier pivots change each other's columns, and which of them it cancels. n: number of

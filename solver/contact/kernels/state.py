@@ -211,9 +211,6 @@ class KernelConstants(NamedTuple):
     beyond could be near though no outer one touches. None for a smooth pin, which meets nodes one after another."""
 
 
-_SCALARS = np.dtype(list(Scalars.__annotations__.items()))
-
-
 class Direction(NamedTuple):
     """Direction of a path of pin displacement and load; see `Scalars`."""
 
@@ -224,15 +221,6 @@ class Direction(NamedTuple):
 
 FORWARD: Final = Direction()
 """The pin moves to the right under a constant load."""
-
-
-def new_scalars(displacement: float, direction: Direction) -> Scalars:
-    """The numbers of a state, all 0 but δ_p and the direction."""
-    scalars: Scalars = np.zeros(1, _SCALARS)[0]
-    scalars["displacement"] = displacement
-    for name, value in direction._asdict().items():
-        scalars[name] = value
-    return scalars
 
 
 @declare_kernel()
@@ -649,14 +637,3 @@ def respond(state: KernelState) -> None:
     refresh_response(state)
     _refine(state)
     set_rate(state)
-
-
-RINGS = 2
-"""Rings of free nodes that are followed around a contact on a plane of nodes; a touch in the outer one requires a new window."""
-MARGIN = 8
-"""Free nodes followed on each side of the contact, at least."""
-
-
-def margin(n_x: int) -> int:
-    """Free nodes followed on each side: where a tableau is dear, the contact has room to grow before the next one."""
-    return max(MARGIN, n_x // 128)
