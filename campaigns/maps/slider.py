@@ -8,7 +8,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from tiles import counted, panels, regime_legend, regime_tiles
 
-from nanoslip.study.figures.points import format_value, typeset
+from nanoslip.study.dataset.units import format_value
+from nanoslip.study.figures.points import typeset
 from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, series_style
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.regime import REGIMES
-from nanoslip.study.figures.points import hyphenate
+from nanoslip.study.dataset.units import hyphenate
 from nanoslip.study.figures.shared import REGIME_COLORS, edges
 
 _SHADES: Final = ListedColormap(list(REGIME_COLORS.values()))

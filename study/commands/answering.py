@@ -20,8 +20,8 @@ from nanoslip.study.accuracy.deciding import (
     times,
 )
 from nanoslip.study.dataset.table import case_rows
+from nanoslip.study.dataset.units import symbol
 from nanoslip.study.dataset.variables import DRIVE_NAME, VALIDITY, fewer, missing_error_reasons, variables_by_name
-from nanoslip.study.figures.points import symbol
 from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest, drive_sizes
 from nanoslip.study.manifest.parameters import YOUNG, as_written, compact

@@ -1,8 +1,10 @@
-"""Numbers in the units of their campaign: lengths, forces, energies and stresses in SI where it gives such."""
+"""Units, symbols and values of a dataset as tables and figures write them: in SI where its campaign gives lengths or forces."""
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
 from functools import lru_cache
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -10,8 +12,21 @@ import xarray as xr
 
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import Scales
-from nanoslip.study.dataset.variables import MEASURES, PREFIXED, SI, describe, variables_by_name
-from nanoslip.study.manifest.parameters import as_written, axis_unit, has_unit, names_by_word
+from nanoslip.solver.dynamics.regime import REGIMES
+from nanoslip.solver.parameter import measure_label
+from nanoslip.study.dataset.variables import (
+    MEASURES,
+    PREFIXED,
+    SI,
+    Described,
+    describe,
+    describe_own_number,
+    describe_size,
+    own_numbers,
+    parameters,
+    variables_by_name,
+)
+from nanoslip.study.manifest.parameters import Value, as_written, axis_unit, compact, has_unit, names_by_word, si_text
 from nanoslip.study.toml_text import from_toml
 
 
@@ -130,3 +145,157 @@ def convert_to_si(dataset: xr.Dataset, names: Iterable[str]) -> tuple[xr.Dataset
             # A factor that varies along the cases may reorder the dimensions.
             converted[number] = (stored * to_si * factor).transpose(*stored.dims)
     return dataset.assign(converted), units
+
+
+# Names and values of variables as people read them, in tables, on axes, in legends and in captions.
+
+LETTERS: Final = 3
+"""Names so short are symbols themselves: n_x."""
+
+
+def variable_description(name: str, dataset: xr.Dataset | None = None) -> Described:
+    """Declaration of a variable, or of a user's number in a dataset; an undeclared variable has only its name."""
+    if name in variables_by_name():
+        return variables_by_name()[name]
+    if dataset is not None and name in own_numbers(dataset):
+        return describe_own_number(dataset, name)
+    if size := describe_size(name):
+        return size
+    # The name alone, as that of a pure number.
+    return Described(name, "", "", "1", "", name, "", "", "", ())
+
+
+def symbol(name: str) -> str:
+    """Symbol of a variable, else its name in words."""
+    own_symbol = variable_description(name).symbol
+    if own_symbol:
+        return own_symbol
+    return name if len(name) <= LETTERS else name.replace("_", " ")
+
+
+def label(name: str, over: str = "", dataset: xr.Dataset | None = None, unit: str | None = None) -> str:
+    """Axis label of a variable or its ratio to another: meaning, symbol, unit; for a ratio, the unit of the numerator.
+
+    dataset: for one's own numbers, which it describes. unit: one with a prefix, in place of the variable's.
+    """
+    variable = variable_description(name, dataset)
+    sign = f" {variable.symbol}" if variable.symbol not in variable.meaning else ""
+    measure = "" if "/" in sign else variable.measure
+    if over:
+        numerator = symbol_with_unit(variable.meaning + sign, name)
+        return measure_label(f"{numerator} over {symbol_and_unit(over)}", measure)
+    text = measure_label(variable.meaning, measure) + sign
+    return symbol_with_unit(text, name, unit or readable(variable.units))
+
+
+def symbol_and_unit(name: str, unit: str | None = None) -> str:
+    """A variable where there is little room: symbol and unit. unit: one with a prefix, in place of the variable's."""
+    return symbol_with_unit(symbol(name), name, unit)
+
+
+def column_title(name: str, dataset: xr.Dataset) -> str:
+    """A variable at the head of a column: its symbol, and the unit of one's own number."""
+    if "source" not in dataset[name].attrs:
+        return symbol(name)
+    return symbol_and_unit(name, readable(variable_description(name, dataset).units))
+
+
+def symbol_with_unit(text: str, name: str, unit: str | None = None) -> str:
+    """Symbol of a variable with its unit, if any: `V_o (m/s)`. unit: one with a prefix, in place of the variable's."""
+    if unit is None:
+        unit = unit_text(name)
+    return f"{text} ({unit})" if unit else text
+
+
+def unit_text(name: str) -> str:
+    """The unit of a variable as people write it; empty of pure numbers and words."""
+    return readable(variable_description(name).units)
+
+
+def readable(units: str) -> str:
+    """Units of a dataset as people write them; empty of pure numbers."""
+    return "" if units == "1" else as_written(units)
+
+
+def format_value(value: Any) -> str:
+    """A value of a coordinate, as short as it can be: 0.25, 200, 3e4."""
+    if not isinstance(value, float) or not math.isfinite(value):
+        return str(value)
+    # Exponents as people write them: 3e4, not 3e+04.
+    plain = f"{value:.6g}".replace("e+0", "e").replace("e-0", "e-")
+    plain = plain.replace("e+", "e")
+    digits, _, exponent = f"{value:.5e}".partition("e")
+    powers = f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"
+    # Up to thousands people read digits more easily, even if there are more of them.
+    has_large_exponent = abs(int(exponent)) > 3
+    shorter = len(powers) < len(plain) and has_large_exponent
+    return powers if shorter else plain
+
+
+def hyphenate(word: str) -> str:
+    """A regime as people write it, stick-slip; any other word as it is."""
+    return word.replace("_", "-") if word in REGIMES else word
+
+
+LONGEST_TALLY: Final = 30
+"""Characters of counted words in a table; of longer lists the most frequent value is shown, with the count of
+others."""
+
+
+def format_words(tally: Mapping[str, int], most: float = LONGEST_TALLY) -> str:
+    """Words of members with how many have each, the most frequent first; the word alone that all have.
+
+    As `4 of 8 starts stick-slip; 4 slides`.
+    """
+    if len(tally) == 1:
+        return hyphenate(next(iter(tally)))
+    starts = sum(tally.values())
+    first, *others = tally.items()
+    word, count = first
+    parts = [f"{count} of {starts} starts {hyphenate(word)}"]
+    parts += [f"{count} {hyphenate(word)}" for word, count in others]
+    text = "; ".join(parts)
+    if len(text) <= most or len(parts) < 3:
+        return text
+    return f"{parts[0]}; {starts - count} others"
+
+
+def label_in_symbols(values: Mapping[str, Any], units: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 2 mm/s`.
+
+    units: with prefixes, of coordinates whose values are in them.
+    """
+    parts = (f"{symbol(name)} = {value_with_unit(name, value, units.get(name))}" for name, value in values.items())
+    return ", ".join(parts)
+
+
+def value_with_unit(name: str, value: Any, unit: str | None = None) -> str:
+    """A value of a coordinate with its unit; with a prefix that suits it, unless a unit is given."""
+    if unit is None and is_prefixed(name) and isinstance(value, float) and math.isfinite(value):
+        return compact(value, unit_text(name), digits=DIGITS)
+    unit = unit_text(name) if unit is None else unit
+    return f"{format_value(value)} {unit}".rstrip()
+
+
+DIGITS: Final = 6
+"""Digits of a coordinate's value, to tell it from its neighbours."""
+
+
+def is_prefixed(name: str) -> bool:
+    """True if the unit of a variable takes prefixes."""
+    return variable_description(name).units in PREFIXED
+
+
+_SYMBOLS: Final = {name: parameter.symbol for name, parameter in parameters().items() if parameter.symbol}
+"""Parameter -> its name in tables and figures."""
+
+
+def parameter_symbol(parameter: str) -> str:
+    """Symbol of a parameter, else its name in a campaign file."""
+    return _SYMBOLS.get(parameter, parameter)
+
+
+def with_size(name: str, value: Value, scales: Scales | None) -> str:
+    """Value of a parameter, and beside a length or load its size in SI."""
+    si = si_text(scales, name, value) if scales else ""
+    return f"{format_value(value)} ({si})" if si else format_value(value)

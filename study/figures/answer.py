@@ -9,18 +9,15 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from nanoslip.solver.view import ROUNDING, with_error
-from nanoslip.study.dataset.units import si_name
+from nanoslip.study.dataset.units import hyphenate, label_in_symbols, si_name, symbol
 from nanoslip.study.figures.points import (
     Points,
     UnknownNameError,
     axis_named,
     convert_axes_to_si,
-    hyphenate,
-    label_in_symbols,
     points_named,
     prefix_units,
     read_points,
-    symbol,
 )
 from nanoslip.study.figures.roles import Roles, assign_roles, axis_sizes, is_scattered, merge_zipped, select_points
 from nanoslip.study.figures.shared import View, resize_figure

@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from nanoslip.study.figures.points import Points, format_in_figure, format_value, sort_values, unevenness
+from nanoslip.study.dataset.units import format_value
+from nanoslip.study.figures.points import Points, format_in_figure, sort_values, unevenness
 
 # Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
 

@@ -15,14 +15,8 @@ from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.study.figures.points import (
-    VELOCITY,
-    Points,
-    format_in_figure,
-    hyphenate,
-    label_in_symbols,
-    typeset,
-)
+from nanoslip.study.dataset.units import hyphenate, label_in_symbols
+from nanoslip.study.figures.points import VELOCITY, Points, format_in_figure, typeset
 from nanoslip.study.figures.roles import (
     Roles,
     axis_positions,

@@ -19,18 +19,18 @@ from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor, run_id_name
 from nanoslip.study.dataset.file import read_groups
 from nanoslip.study.dataset.table import CaseRows, case_rows
-from nanoslip.study.dataset.units import is_given_in_si, read_scales, si_factor, si_name
-from nanoslip.study.dataset.variables import MEASURES, SI, are_means
-from nanoslip.study.figures.answer import answers, make_view
-from nanoslip.study.figures.points import (
-    DrawnColumns,
-    differing_axes,
+from nanoslip.study.dataset.units import (
+    is_given_in_si,
     label,
     label_in_symbols,
-    read_points,
+    read_scales,
     readable,
-    typeset,
+    si_factor,
+    si_name,
 )
+from nanoslip.study.dataset.variables import MEASURES, SI, are_means
+from nanoslip.study.figures.answer import answers, make_view
+from nanoslip.study.figures.points import DrawnColumns, differing_axes, read_points, typeset
 from nanoslip.study.figures.roles import assign_roles, is_scattered
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, best_fit_motion, column, legend, spread
 from nanoslip.study.manifest.parameters import axis_unit

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.study.figures.points import DrawnColumns, label, read_points, symbol_and_unit, typeset
+from nanoslip.study.dataset.units import label, symbol_and_unit
+from nanoslip.study.figures.points import DrawnColumns, read_points, typeset
 from nanoslip.study.figures.roles import set_few_ticks
 from nanoslip.study.figures.shared import COLORS, PAGE, WIDTH, Sort, View, column, legend
 from nanoslip.study.inference.fit import LEVELS, Fit, Range

@@ -19,9 +19,9 @@ from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import Column
 from nanoslip.study.dataset.compare import values
-from nanoslip.study.dataset.units import read_scales
+from nanoslip.study.dataset.units import read_scales, readable
 from nanoslip.study.figures.answer import capitalize_text
-from nanoslip.study.figures.points import SYMBOL, readable
+from nanoslip.study.figures.points import SYMBOL
 from nanoslip.study.figures.shared import COLORS, Sort, View, format_csv, image
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY

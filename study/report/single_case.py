@@ -12,9 +12,8 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import read_run
 from nanoslip.study.dataset.file import read_groups
-from nanoslip.study.dataset.units import is_given_in_si, read_scales, si_factor, total_load
+from nanoslip.study.dataset.units import is_given_in_si, read_scales, readable, si_factor, total_load
 from nanoslip.study.dataset.variables import MEASURES
-from nanoslip.study.figures.points import readable
 from nanoslip.study.manifest.parameters import as_written, compact, span
 from nanoslip.study.report.console import Table
 from nanoslip.study.report.summary import (

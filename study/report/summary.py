@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,14 +25,22 @@ from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.table import CASE, CaseRows, case_rows
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.dataset.units import convert_to_si
-from nanoslip.study.figures.points import (
+from nanoslip.study.dataset.units import (
     column_title,
+    convert_to_si,
+    format_value,
     format_words,
     hyphenate,
+    is_given_in_si,
+    is_prefixed,
     parameter_symbol,
-    row_label,
+    prefix_factor,
+    si_name,
+    symbol_and_unit,
+    symbol_with_unit,
     value_with_unit,
+    variable_description,
+    with_size,
 )
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value, si_text
@@ -174,6 +182,38 @@ MOST_LINES: Final = 40
 COMPLETED: Final = Ending.COMPLETED.value
 FEW: Final = 50
 """Drives whose endings are not counted."""
+
+
+class RowLabel(NamedTuple):
+    """A column of a table with a parameter in which its rows differ."""
+
+    title: str
+    name: str
+    twin: str = ""
+    """Coordinate in SI whose values are shown, if any."""
+    factor: float = 1.0
+    """To the unit in the title."""
+
+    def cell(self, case: xr.Dataset, scales: Scales | None) -> str:
+        """The value of a row; in units of the scales with its size behind it."""
+        if not self.twin:
+            return with_size(self.name, case[self.name].item(), scales)
+        value = case[self.twin].item()
+        if math.isfinite(value):
+            value *= self.factor
+        return format_value(value)
+
+
+def row_label(rows: CaseRows, name: str) -> RowLabel:
+    """The column of a parameter, in SI with a prefix where the campaign is given in SI."""
+    twin = si_name(rows.root, name)
+    if not is_given_in_si(rows.root) or not is_prefixed(twin):
+        return RowLabel(symbol_with_unit(parameter_symbol(name), name), name)
+    values = rows.values(twin)
+    if values.dtype.kind != "f":
+        return RowLabel(symbol_with_unit(parameter_symbol(name), name), name)
+    factor, unit = prefix_factor(values, variable_description(twin).units)
+    return RowLabel(symbol_and_unit(twin, unit), name, twin, factor)
 
 
 def each_case(rows: CaseRows, most: int) -> list[xr.Dataset]:

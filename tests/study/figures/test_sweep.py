@@ -9,6 +9,7 @@ from matplotlib import pyplot, rc_context
 from matplotlib.figure import Figure
 
 import nanoslip
+from nanoslip.study.dataset.units import format_value, label, label_in_symbols, symbol, symbol_and_unit
 from nanoslip.study.dataset.variables import describe
 from nanoslip.study.figures.answer import make_view, view_named
 from nanoslip.study.figures.points import (
@@ -16,13 +17,8 @@ from nanoslip.study.figures.points import (
     UnknownNameError,
     axis_named,
     find_variable,
-    format_value,
-    label,
-    label_in_symbols,
     points_named,
     read_points,
-    symbol,
-    symbol_and_unit,
     typeset,
 )
 from nanoslip.study.figures.roles import (
