@@ -39,10 +39,9 @@ from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report.console import console
 from nanoslip.study.report.summary import failure_summary
 from nanoslip.study.results.store import Lease, Store, StoreError
-from nanoslip.study.run.campaign import compute_campaign
+from nanoslip.study.run.campaign import Rest, compute_campaign
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import MeasuredTimes, Watch
-from nanoslip.study.run.executor import Rest
 from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm, sharing
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import Program, processes_started, task_program

@@ -5,7 +5,7 @@ from itertools import product
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.integrators import RK4
-from nanoslip.study.run.warm_up import WarmUp, miniatures
+from nanoslip.study.run.executor import WarmUp, miniatures
 from nanoslip.study.tasks.contact import contact_task
 from nanoslip.study.tasks.drive import drive_task
 from nanoslip.study.tasks.record import record_task

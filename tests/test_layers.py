@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 
 ORDER = {
     "nanoslip": "solver study",
-    "nanoslip.solver": "arrays compiled cache_folder compiling last outcome progress parameter view layout slab load_path case "
+    "nanoslip.solver": "arrays compiled compiling last outcome progress parameter view layout slab load_path case "
     "ensemble drive elasticity contact sliding effects dynamics driven simulate",
     "nanoslip.solver.elasticity": "fields grid condensation grid_scheme schemes interior compliance",
     "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane planar half_space strip layer chain",
@@ -41,12 +41,12 @@ ORDER = {
     "nanoslip.study.plan": "plan expectations",
     "nanoslip.study.results": "files entry attempts store",
     "nanoslip.study.dataset": "texts variables content file collect units table access join agreement compare verify",
-    "nanoslip.study.run": "launch dispatch progress journal child farm warm_up executor batch campaign",
+    "nanoslip.study.run": "launch dispatch progress journal child farm executor batch campaign",
     "nanoslip.study.report": "console summary single_case budget curves page",
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures",
     "nanoslip.study.accuracy": "effects task_times deciding spending setup diagram operators records measurement",
-    "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer"
+    "nanoslip.study.commands": "words plans reading datasets answering prepare run draw look judge infer"
     " computed_loops trace traces cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
@@ -85,7 +85,7 @@ HOMES = {
 """Library -> the modules and folders that may use it; others may be used everywhere."""
 
 MOST_FILES, MOST_LINES, MOST_LINES_OF_CLASS = 25, 800, 240
-DEEPEST, MOST_ENTERED = 18, 100
+DEEPEST, MOST_ENTERED = 18, 92
 """What must be known: files on the longest chain of imports, and files whose functions the smallest campaign enters:
 two fewer if no kernel is compiled."""
 
@@ -218,7 +218,7 @@ APART = {
         figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
         manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.expectations._named
         tasks.task._parameters run.child._other_software dataset.verify.Recomputed._scale""",
-    "digits of a number": "figures.points.format_value solver.view.round_with_error",
+    "digits of a number": "dataset.units.format_value solver.view.round_with_error",
     "lines and words of a text that is shown": """notices.print_notice solver.outcome.Outcome.__post_init__ report.console
         report.console.print_error commands.judge.describe_variables report.page.theme_svg run.child.ChildProcess.last_words""",
     "what the machine lists": """origin._mpi origin.Origin.arithmetic processor.description processor.instructions

@@ -244,7 +244,7 @@ def effects() -> None:
     """
 
 
-# Computing a campaign: run.py, conduct.py and prepare.py.
+# Computing a campaign: run.py and prepare.py.
 
 
 def _shard(_context: click.Context, _option: click.Parameter, text: str | None) -> Shard | None:

@@ -16,9 +16,9 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.datasets import find_dataset
 from nanoslip.study.commands.plans import plural, print_json, refusals
 from nanoslip.study.commands.words import Refusal, show
+from nanoslip.study.dataset.units import format_value, with_size
 from nanoslip.study.dataset.variables import find_variables, variables_by_name
 from nanoslip.study.exit_codes import INTERRUPTED
-from nanoslip.study.figures.points import format_value, with_size
 from nanoslip.study.figures.shared import file_format, image
 from nanoslip.study.inference.campaign import Ends, Question, join_plans, make_question
 from nanoslip.study.inference.fit import LEVELS, Fit, Target, filling, sentences
@@ -35,10 +35,9 @@ from nanoslip.study.report.console import Table, console, note, print_sentences,
 from nanoslip.study.report.summary import failure_summary, flag_summary
 from nanoslip.study.results.files import results_folder
 from nanoslip.study.results.store import Lease, Store, write_files
-from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_campaign
+from nanoslip.study.run.campaign import Rest, ShortageError, UnfinishedError, compute_campaign
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.dispatch import Watch
-from nanoslip.study.run.executor import Rest
 from nanoslip.study.run.farm import Farm, open_farm
 from nanoslip.study.run.journal import Journal, read_task_times
 from nanoslip.study.run.launch import task_program

@@ -20,10 +20,10 @@ from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import compare, file, verify as verification
 from nanoslip.study.dataset.access import case_columns
 from nanoslip.study.dataset.agreement import Verdict
+from nanoslip.study.dataset.units import format_words
 from nanoslip.study.dataset.variables import OUTCOMES, describe, explain_word, rows, variable_text
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
-from nanoslip.study.figures.points import format_words
 from nanoslip.study.manifest import keys
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.vocabulary import key_meant, missing_physics
@@ -32,7 +32,7 @@ from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, label_text
 from nanoslip.study.results.files import results_folder, shard_folders
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, try_writing, write_files
-from nanoslip.study.run.executor import drop_intermediates, tasks_to_do
+from nanoslip.study.run.campaign import drop_intermediates, tasks_to_do
 from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import task_program
 from nanoslip.study.run.progress import open_progress

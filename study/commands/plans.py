@@ -25,8 +25,8 @@ from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import Meta
 from nanoslip.study.results.files import results_folder, shard_folders
 from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.run.campaign import tasks_to_do
 from nanoslip.study.run.dispatch import MeasuredTimes
-from nanoslip.study.run.executor import tasks_to_do
 from nanoslip.study.run.journal import read_task_times
 from nanoslip.study.tasks.kind import KINDS
 from nanoslip.study.tasks.task import Task, idle

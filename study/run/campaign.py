@@ -3,23 +3,24 @@
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import accumulate
 from pathlib import Path
 from typing import Final, NamedTuple, TypeVar
 
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
+from nanoslip.study.origin import Origins
 from nanoslip.study.plan.expectations import shortages
 from nanoslip.study.plan.plan import Plan
+from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.files import Shard, looks
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.dispatch import Done, MeasuredTimes, RunTally, Watch
-from nanoslip.study.run.executor import Rest, drop_intermediates, keys_given_up, tasks_to_do
+from nanoslip.study.run.executor import WarmUp, miniatures
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import BEGUN, Journal, long_task_keys, read_task_times
-from nanoslip.study.run.warm_up import WarmUp, miniatures
 from nanoslip.study.tasks.task import Task
 
 # The cases of a shard, and which of their tasks it skips: blocks of neighbours that cost about the same.
@@ -94,6 +95,54 @@ def _read(plan: Plan, finished: Collection[str], given_up: Collection[str]) -> s
     for task in tried:
         read.update(task.needs)
     return read.intersection(finished)
+
+
+# Remaining tasks of a campaign: one that has failed for good before is not tried again.
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """Remaining tasks of a campaign, or of a shard of it."""
+
+    tasks: tuple[Task, ...]
+    """Tasks that a run tries: failed ones come last."""
+    given_up: tuple[Task, ...]
+    """Tasks that failed for good, and tasks that need them."""
+    foreign: Mapping[str, Origins]
+    """Finished results of other software."""
+
+
+def tasks_to_do(
+    plan: Plan,
+    failures: Mapping[str, Attempt],
+    finished: Mapping[str, Origins],
+    recompute_foreign: bool = False,
+    retry: bool = False,
+) -> Rest:
+    """Remaining tasks. recompute_foreign: results of other software count as unfinished. retry: try failed tasks again."""
+    foreign = plan.foreign(finished)
+    ours = finished.keys() - foreign.keys() if recompute_foreign else finished
+    tasks = plan.remaining(ours)
+    untried = keys_given_up(failures, retry).difference(ours)
+    tried = plan.possible(tasks, untried, failures)
+    keys = {task.key for task in tried}
+    given_up = tuple(task for task in tasks if task.key not in keys)
+    return Rest(tried, given_up, foreign)
+
+
+def keys_given_up(failures: Mapping[str, Attempt], retry: bool = False) -> set[str]:
+    """Keys of the tasks that a run does not try again without `retry`; empty with `retry`."""
+    return {key for key, attempt in failures.items() if attempt.given_up and not retry}
+
+
+def drop_intermediates(plan: Plan, store: Store) -> None:
+    """Remove results that only other tasks needed and that no unfinished task still needs. Raises StoreError."""
+    if any(task.passing for task in plan.distinct):
+        for key in plan.obsolete(store.finished()):
+            store.drop(key)
+
+
+# The run.
 
 
 class UnfinishedError(StoreError):

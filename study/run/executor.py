@@ -1,27 +1,130 @@
-"""Compute one task of a campaign in a process: inputs from the store, result into it; and before all, the kernels."""
+"""Compute tasks of a campaign in a process, their kernels first: inputs from the store, results into it."""
 
 import errno
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+import gc
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
-from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.study.origin import Origins, arithmetic
-from nanoslip.study.plan.plan import Plan
-from nanoslip.study.results.attempts import Attempt
+from nanoslip.solver.compiled import reporting_compilation
+from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
+from nanoslip.study.notices import print_notice
+from nanoslip.study.origin import arithmetic
 from nanoslip.study.results.entry import NOT_OURS, CorruptResultError, UnusableResultError
 from nanoslip.study.results.files import looks
 from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import CannotGoOnError
-from nanoslip.study.run.launch import Settle
-from nanoslip.study.run.warm_up import WarmUp
+from nanoslip.study.run.launch import Settle, cores, task_program
 from nanoslip.study.tasks.compute import run_task
 from nanoslip.study.tasks.kind import KINDS
+from nanoslip.study.tasks.miniature import compiling_choices, compiling_shape, make_record
 from nanoslip.study.tasks.task import Task, TaskResult
+
+# Kernels that a run needs are compiled before it begins, in one task: all processes then load them from numba's cache. Small
+# tasks run every kernel of a campaign's tasks: the miniatures of their kinds. Those of drives need no record that was computed,
+# so that a second process can compile their kernels meanwhile.
+
+
+def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
+    """Small tasks that run every kernel of these tasks; a drive's needs no more than `make_record`."""
+    # One task for each choice of kernels, as numbers decide none.
+    unlike = {_kernel_choices(task): task for task in tasks}
+    tasks_by_key: dict[str, Task] = {}
+    for task in unlike.values():
+        # A task that cannot be made small compiles its kernels itself.
+        with suppress(InvalidInput):
+            small = KINDS[task.kind].miniature(task)
+            tasks_by_key |= {miniature.key: miniature for miniature in small}
+    return tuple(tasks_by_key.values())
+
+
+def _kernel_choices(task: Task) -> tuple[object, ...]:
+    """Values that decide which kernels a task runs: equal for tasks with equal miniatures."""
+    return task.kind, str(compiling_shape(task.case)), *compiling_choices(task).items()
+
+
+POLL_SECONDS: Final = 0.01
+"""Seconds between two looks whether the second process is done."""
+
+
+@dataclass(frozen=True, slots=True)
+class WarmUp:
+    """Compilation as a separate task, so that a crash costs no other task."""
+
+    tasks: tuple[Task, ...]
+    """Miniature versions of the run's tasks."""
+    alone: bool = False
+    """True if it neither reports that it compiles nor starts a second process."""
+    key: str = "warm_up"
+    needs: tuple[str, ...] = ()
+    kind: str = "warm_up"
+    cost: float = 60.0
+    limit: float = 600.0
+    label: str = "compiling kernels"
+
+    def run(self) -> Outcome:
+        """Run all tasks; drives in a second process if a core is free and other kernels are compiled, too.
+
+        A notice is printed before the first kernel is compiled, and none if all kernels are in the cache.
+        """
+        drives = [task for task in self.tasks if task.drive]
+        others = [task for task in self.tasks if not task.drive]
+        with TemporaryDirectory() as folder, ExitStack() as stack:
+            beside: list[Agent] = []
+
+            @cache
+            def begin() -> None:
+                if not self.alone:
+                    print_notice(f"{self.label}, once: later runs load them")
+                    if others and drives and cores() > 1:
+                        beside.append(Agent(task_program(Path(folder)), 0))
+                        stack.callback(beside[0].close)
+                        of_drives = WarmUp(tuple(drives), alone=True)
+                        beside[0].give([of_drives])
+
+            stack.enter_context(reporting_compilation(begin))
+            stack.enter_context(_pausing_collection())
+            # Meanwhile the second process compiles the kernels of drives, which the last line then
+            # loads.
+            _compute(others, Path(folder))
+            while any(agent.busy for agent in beside):
+                beside[0].arrived()
+                time.sleep(POLL_SECONDS)
+            _compute(drives, Path(folder))
+        return COMPLETED
+
+
+def _compute(tasks: Sequence[Task], folder: Path) -> None:
+    """Through a store: kernels are compiled for its read-only arrays."""
+    store = Store(folder)
+    store.prepare()
+    for task in tasks:
+        # A kernel that fails here fails again in a task of the run, where it is reported.
+        with suppress(Exception):
+            needs = {key: make_record(key) if task.drive else store.read(key) for key in task.needs}
+            store.write(run_task(task, needs), task.shared)
+
+
+@contextmanager
+def _pausing_collection() -> Iterator[None]:
+    """Stop garbage collection, which takes an eighth of the time of a compiler that makes and keeps millions of objects."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+# Tasks of the run itself.
 
 _NUMERICS: Final = (
     "nanoslip.solver.compiling",
@@ -98,48 +201,3 @@ def _with_arrays(store: Store, result: TaskResult) -> TaskResult:
         store.reject(result.key)
         raise UnusableResultError(f"{store.folder}/{result.key}: {NOT_OURS}")
     return result
-
-
-def drop_intermediates(plan: Plan, store: Store) -> None:
-    """Remove results that only other tasks needed and that no unfinished task still needs. Raises StoreError."""
-    if any(task.passing for task in plan.distinct):
-        for key in plan.obsolete(store.finished()):
-            store.drop(key)
-
-
-# Remaining tasks of a campaign: one that has failed for good before is not tried again.
-
-
-@dataclass(frozen=True, slots=True)
-class Rest:
-    """Remaining tasks of a campaign, or of a shard of it."""
-
-    tasks: tuple[Task, ...]
-    """Tasks that a run tries: failed ones come last."""
-    given_up: tuple[Task, ...]
-    """Tasks that failed for good, and tasks that need them."""
-    foreign: Mapping[str, Origins]
-    """Finished results of other software."""
-
-
-def tasks_to_do(
-    plan: Plan,
-    failures: Mapping[str, Attempt],
-    finished: Mapping[str, Origins],
-    recompute_foreign: bool = False,
-    retry: bool = False,
-) -> Rest:
-    """Remaining tasks. recompute_foreign: results of other software count as unfinished. retry: try failed tasks again."""
-    foreign = plan.foreign(finished)
-    ours = finished.keys() - foreign.keys() if recompute_foreign else finished
-    tasks = plan.remaining(ours)
-    untried = keys_given_up(failures, retry).difference(ours)
-    tried = plan.possible(tasks, untried, failures)
-    keys = {task.key for task in tried}
-    given_up = tuple(task for task in tasks if task.key not in keys)
-    return Rest(tried, given_up, foreign)
-
-
-def keys_given_up(failures: Mapping[str, Attempt], retry: bool = False) -> set[str]:
-    """Keys of the tasks that a run does not try again without `retry`; empty with `retry`."""
-    return {key for key, attempt in failures.items() if attempt.given_up and not retry}

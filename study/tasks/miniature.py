@@ -13,7 +13,7 @@ from nanoslip.study.tasks.compute import member_numbers
 from nanoslip.study.tasks.kind import KINDS, Member
 from nanoslip.study.tasks.task import Task, TaskResult, task_case
 
-NUMBERS: Final[Mapping[str, object]] = {"n_x": 17, "radius": 50.0, "max_events": 300}
+NUMBERS: Final[Mapping[str, object]] = {"n_x": 17, "scheme": "biquadratic", "radius": 50.0, "max_events": 300}
 """Numbers of a small case, whose record has a steady part."""
 SMALL: Final = Case.of({**NUMBERS})
 _OF_SLABS = SMALL.slab.flat

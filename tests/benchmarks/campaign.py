@@ -19,9 +19,9 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.dispatch import Watch
+from nanoslip.study.run.executor import WarmUp, miniatures
 from nanoslip.study.run.farm import Farm, ProcessFarm, open_farm
 from nanoslip.study.run.launch import Program
-from nanoslip.study.run.warm_up import WarmUp, miniatures
 from nanoslip.study.tasks.compute import run_task
 from nanoslip.study.tasks.task import Task, TaskResult
 from tests.benchmarks import campaign

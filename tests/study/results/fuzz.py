@@ -31,8 +31,9 @@ from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results import attempts, entry as own, store as lease
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import FOLDER, Lease, Store, StoreError
+from nanoslip.study.run.campaign import tasks_to_do
 from nanoslip.study.run.dispatch import RunTally
-from nanoslip.study.run.executor import executor, tasks_to_do
+from nanoslip.study.run.executor import executor
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import pin_arithmetic
 from nanoslip.study.tasks.task import TaskResult

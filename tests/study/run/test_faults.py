@@ -18,10 +18,10 @@ from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.results import files
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import child as process
-from nanoslip.study.run.campaign import KILLED, blame
+from nanoslip.study.run.campaign import KILLED, blame, tasks_to_do
 from nanoslip.study.run.child import Agent, BrokenProgramError
 from nanoslip.study.run.dispatch import RunTally
-from nanoslip.study.run.executor import executor, tasks_to_do
+from nanoslip.study.run.executor import executor
 from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.journal import BEGUN, LONG_TASK, Journal, long_task_keys
 from nanoslip.study.run.launch import Program

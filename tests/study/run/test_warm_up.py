@@ -15,10 +15,10 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import declared, field_choices, parameter, validate
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.run import warm_up
-from nanoslip.study.run.warm_up import WarmUp, miniatures
+from nanoslip.study.run import executor
+from nanoslip.study.run.executor import WarmUp, miniatures
 from nanoslip.study.tasks.compute import run_task
-from nanoslip.study.tasks.miniature import make_record
+from nanoslip.study.tasks.miniature import NUMBERS, make_record
 from nanoslip.study.tasks.record import record_task
 from tests.conftest import ROOT, SMALL
 
@@ -55,7 +55,7 @@ def test_each_miniature_of_the_campaigns_in_the_repository_completes(campaign):
 def test_a_warm_up_runs_every_miniature(monkeypatch):
     """Else each process of the run compiles what is missing."""
     ran = []
-    monkeypatch.setattr(warm_up, "run_task", lambda task, needs: ran.append(task) or run_task(task, needs))
+    monkeypatch.setattr(executor, "run_task", lambda task, needs: ran.append(task) or run_task(task, needs))
     tasks = miniatures(planned("smoke"))
     assert WarmUp(tasks).run().ok
     assert sorted(task.key for task in ran) == sorted(task.key for task in tasks)
@@ -88,7 +88,7 @@ def test_every_choice_that_is_declared_is_kept(monkeypatch):
     assert {"pin", "initial_contact", "slip_order", "friction", "distribution", "way", "eager"} <= dict(choices).keys()
     for name, word in choices:
         kept = miniature(Case.of({name: word}))
-        assert kept.flat == Case.of({"n_x": 17, "radius": 50.0, "max_events": 300, name: word}).flat
+        assert kept.flat == Case.of({**NUMBERS, name: word}).flat
 
 
 def test_the_switches_of_each_case_are_kept_together():
@@ -140,7 +140,7 @@ def test_a_drive_of_few_steps_is_as_short_as_they_allow():
 COMPILE = """
 import gc
 from nanoslip.solver.compiled import Kernel
-from nanoslip.study.run.warm_up import WarmUp, miniatures
+from nanoslip.study.run.executor import WarmUp, miniatures
 from tests.study.run.test_warm_up import planned
 WarmUp(miniatures(planned("smoke"))).run()
 known = [each for each in gc.get_objects() if isinstance(each, Kernel) and "dispatcher" in vars(each)]
