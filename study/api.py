@@ -21,8 +21,8 @@ from nanoslip.solver.parameter import require
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor, file
-from nanoslip.study.dataset.collect import collect, dataset_hash, is_current_dataset, losses, write_state
-from nanoslip.study.dataset.file import load_dataset
+from nanoslip.study.dataset.collect import collect, losses
+from nanoslip.study.dataset.file import dataset_hash, is_current_dataset, load_dataset, write_state
 from nanoslip.study.dataset.join import join_datasets
 from nanoslip.study.dataset.variables import refuse_taken_names
 from nanoslip.study.inference.campaign import make_question

@@ -12,16 +12,8 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.plans import command_text, plan_campaign
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collect import (
-    case_layout,
-    collect,
-    coordinates,
-    count_pending,
-    dataset_hash,
-    is_current_dataset,
-    losses,
-    write_state,
-)
+from nanoslip.study.dataset.collect import case_layout, collect, coordinates, count_pending, losses
+from nanoslip.study.dataset.file import dataset_hash, is_current_dataset, write_state
 from nanoslip.study.dataset.table import one_case
 from nanoslip.study.dataset.units import read_scales
 from nanoslip.study.dataset.variables import explain_means

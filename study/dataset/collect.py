@@ -5,13 +5,10 @@ also over `drive` and the axes of drives. Records, trajectories, contacts and in
 contiguous ragged arrays (nanoslip.study.dataset.access cuts them apart). Provenance is in the group `software`.
 """
 
-import hashlib
-import json
 import math
 import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache, reduce
 from operator import or_
@@ -28,7 +25,6 @@ from nanoslip.solver.ensemble import fewest_members
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.solver.parameter import Quantity, attributes
 from nanoslip.solver.sliding.validity import decode_flags, encode_flags, flag_advice, predict_flags
-from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.file import (
     FORMAT,
@@ -37,8 +33,6 @@ from nanoslip.study.dataset.file import (
     DatasetFormatError,
     Runs,
     carrying,
-    is_edited,
-    read_seal,
     reading,
 )
 from nanoslip.study.dataset.texts import text_array
@@ -46,9 +40,8 @@ from nanoslip.study.dataset.variables import DRIVE, Group, Series, parameters, s
 from nanoslip.study.manifest.cases import CampaignCase, Heard, common_labels
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, file_parameters
-from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, census, mixture, stemming
+from nanoslip.study.origin import NOBODY, Origin, Origins, census, mixture, stemming
 from nanoslip.study.plan.plan import NOTHING_KNOWN, CaseTasks, Plan, case_outcome, drive_outcome
-from nanoslip.study.results import files
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.tasks.kind import KINDS, names_to_drop, own_quantities, task_kinds
 from nanoslip.study.tasks.task import (
@@ -574,50 +567,75 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
 
     Raises StoreError. heard: callback, called with the number of collected cases.
     """
-    manifest = plan.manifest
-    layout = case_layout(manifest)
-    runs = _runs(manifest, store.folder)
-    table = CaseVariables(manifest, layout, [group_runs.group for group_runs in runs])
-    finished, origins = Finished(plan, store), dict[str, Origins]()
-    drives = {drive.label: drive.drive for drive in manifest.drives}
-    for number, (place, case) in enumerate(zip(layout.places.tolist(), plan.cases, strict=True), 1):
+    collector = _Collector(plan, store.folder)
+    finished = Finished(plan, store)
+    origins: dict[str, Origins] = {}
+    for number, (place, case) in enumerate(collector.placed_cases(), 1):
         keys = plan.case_tasks[case.case_id]
         results = finished.results(keys)
-        for result in results.values():
-            origins[result.key] = result.origins
-        # Asked for after the results: a result that turned out to be damaged has no outcome any more.
+        # After the results: a result that turned out to be damaged has no outcome any more.
         outcomes = finished.outcomes(keys)
-        table.enter_outcome(place, case_outcome(plan, case, outcomes))
-        for drive in manifest.drives:
-            ending = drive_outcome(plan, case, drive, outcomes)
-            table.enter_outcome(place, ending, drive.label)
-        table.enter_own_messages(place, keys, outcomes)
-        table.enter_software(place, results)
-        if case.case is not None:
-            names = {name for _, name in results}
-            by: dict[str, Mapping[str, float]] = {}
-            for name in names:
-                driven = drives.get(name)
-                by[name] = variables.factors(case.case, manifest.scales, driven)
-            for (_, name), result in results.items():
-                table.enter(place, case.case, name, result, by[name])
-            for group_runs in runs:
-                group = group_runs.group
-                for name in drives if group.driven else ("",):
-                    tasks = [(kind, name) for kind in group.kinds]
-                    parts = [results[task] for task in tasks if task in results]
-                    if parts:
-                        run = group_runs.add(parts, by[name], case.case_id, name)
-                        table.put(group.id.name, place, name, run)
+        collector.enter_endings(place, case, outcomes)
+        collector.enter_results(place, case, results)
+        # A result counts once, however many cases share it.
+        origins |= {result.key: result.origins for result in results.values()}
         heard(number)
-    # A result counts once, however many cases share it.
-    counts = census(origins.values())
-    along = coordinates(manifest, plan.cases, layout)
-    about = _attributes(manifest, counts)
-    root = xr.Dataset(table.variables(), along, about)
-    groups = {group_runs.group.name: group_runs.dataset() for group_runs in runs}
-    groups[variables.SOFTWARE[0].name] = software_group(counts)
-    return carrying(root, groups)
+    return collector.dataset(census(origins.values()))
+
+
+class _Collector:
+    """The parts of a campaign's dataset: variables over its cases and drives, and the runs of each group."""
+
+    def __init__(self, plan: Plan, folder: Path) -> None:
+        """folder: of the results, for long columns meanwhile."""
+        self._plan = plan
+        self._layout = case_layout(plan.manifest)
+        self._runs = _runs(plan.manifest, folder)
+        groups = [runs.group for runs in self._runs]
+        self._table = CaseVariables(plan.manifest, self._layout, groups)
+        self._drives = {drive.label: drive.drive for drive in plan.manifest.drives}
+
+    def placed_cases(self) -> Iterator[tuple[int, CampaignCase]]:
+        """Each case of the campaign, after its place (see `Layout.places`)."""
+        places = self._layout.places.tolist()
+        return zip(places, self._plan.cases, strict=True)
+
+    def enter_endings(self, place: int, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> None:
+        """Set how a case, its drives and one's own numbers of it ended. outcomes: of its tasks, by key."""
+        ending_of_case = case_outcome(self._plan, case, outcomes)
+        self._table.enter_outcome(place, ending_of_case)
+        for drive in self._plan.manifest.drives:
+            ending_of_drive = drive_outcome(self._plan, case, drive, outcomes)
+            self._table.enter_outcome(place, ending_of_drive, drive.label)
+        keys = self._plan.case_tasks[case.case_id]
+        self._table.enter_own_messages(place, keys, outcomes)
+
+    def enter_results(self, place: int, case: CampaignCase, results: Results) -> None:
+        """Set the software and the numbers of a case's results, and append their columns to the runs of each group."""
+        self._table.enter_software(place, results)
+        if case.case is None:
+            return
+        scales = self._plan.manifest.scales
+        labels = {drive for _, drive in results}
+        factors = {label: variables.factors(case.case, scales, self._drives.get(label)) for label in labels}
+        for (_, drive), result in results.items():
+            self._table.enter(place, case.case, drive, result, factors[drive])
+        for runs in self._runs:
+            for drive in self._drives if runs.group.driven else ("",):
+                tasks = [(kind, drive) for kind in runs.group.kinds]
+                parts = [results[task] for task in tasks if task in results]
+                if parts:
+                    run = runs.add(parts, factors[drive], case.case_id, drive)
+                    self._table.put(runs.group.id.name, place, drive, run)
+
+    def dataset(self, origins: Mapping[Origin, int]) -> xr.Dataset:
+        """The dataset with its groups. origins: of its results, with their counts."""
+        manifest = self._plan.manifest
+        along = coordinates(manifest, self._plan.cases, self._layout)
+        root = xr.Dataset(self._table.variables(), along, _attributes(manifest, origins))
+        groups = {runs.group.name: runs.dataset() for runs in self._runs}
+        groups[variables.SOFTWARE[0].name] = software_group(origins)
+        return carrying(root, groups)
 
 
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
@@ -742,49 +760,3 @@ def _count_finished(
     counted = ~dataset[ending].isin(unfinished) & among
     everything = among & xr.ones_like(dataset[ending], bool)
     return int(counted.sum()), int(everything.sum())
-
-
-# A dataset's file that is up to date with the results on disk is not collected again.
-
-NOTE: Final = "dataset.json"
-"""File among the results that records the inputs of the dataset beside them."""
-
-
-def dataset_hash(manifest: Manifest, store: Store) -> str:
-    """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
-    identities = [number.identity for number in manifest.observables]
-    texts = (manifest.text, *manifest.files.items(), *identities)
-    inputs = content_hash(all_sources_hash(), manifest.path.name, *texts)
-    digest = hashlib.sha256(inputs.encode())
-    for key, seal in store.seals():
-        digest.update(f"{key} {seal}\n".encode())
-    # Sorted, as the order in which tasks failed is chance.
-    for key, attempt in sorted(store.failures().items()):
-        digest.update(f"{key} {attempt.outcome}\n".encode())
-    return digest.hexdigest()
-
-
-def is_current_dataset(path: Path, store: Store, expected: str) -> bool:
-    """True if the file is the last one written, from exactly these results, whether somebody has edited it since or not.
-
-    Its bytes are checked when it is opened.
-    """
-    try:
-        said = json.loads(files.read_bytes(store.folder / NOTE))
-        if said == _file_state(path, expected):
-            return True
-        # An edit has replaced the seal: the results that the file was made of have to be enough.
-        return bool(said["made_of"] == expected and is_edited(path))
-    except (OSError, ValueError, LookupError, TypeError, RecursionError):
-        return False
-
-
-def write_state(path: Path, store: Store, made: str) -> None:
-    """Record the results that the file was made of; without the record it is collected again next time."""
-    with suppress(OSError):
-        state = json.dumps(_file_state(path, made))
-        files.write_whole(store.folder / NOTE, [state.encode()])
-
-
-def _file_state(path: Path, made: str) -> dict[str, object]:
-    return {"made_of": made, "seal": read_seal(path), "bytes": path.stat().st_size}

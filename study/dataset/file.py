@@ -1,7 +1,8 @@
-"""The dataset as a file: its name, seal and format, its groups; written whole, and read; runs in groups."""
+"""The dataset as a file: its name, seal and format, its groups; written whole, read, up to date; runs in groups."""
 
 import errno
 import hashlib
+import json
 import os
 import re
 import weakref
@@ -24,8 +25,11 @@ from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import texts
 from nanoslip.study.dataset.texts import TEXTS, TextsByName, are_stored, are_texts
 from nanoslip.study.dataset.variables import Group, Series
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.origin import all_sources_hash
+from nanoslip.study.results import files
 from nanoslip.study.results.files import NO_FILE, free_name, is_no_file, open_regular, write_fully, writing_whole
-from nanoslip.study.results.store import StoreError
+from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.tasks.kind import ACROSS, MEMBER, MEMBER_OUTCOME, member_column
 from nanoslip.study.tasks.task import TaskResult
 
@@ -414,6 +418,52 @@ def reading(path: Path) -> Iterator[xr.Dataset]:
 
 def _reason(error: Exception) -> object:
     return getattr(error, "strerror", None) or error
+
+
+# A dataset's file that is up to date with the results on disk is not collected again.
+
+NOTE: Final = "dataset.json"
+"""File among the results that records the inputs of the dataset beside them."""
+
+
+def dataset_hash(manifest: Manifest, store: Store) -> str:
+    """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
+    identities = [number.identity for number in manifest.observables]
+    texts = (manifest.text, *manifest.files.items(), *identities)
+    inputs = content_hash(all_sources_hash(), manifest.path.name, *texts)
+    digest = hashlib.sha256(inputs.encode())
+    for key, checksum in store.seals():
+        digest.update(f"{key} {checksum}\n".encode())
+    # Sorted, as the order in which tasks failed is chance.
+    for key, attempt in sorted(store.failures().items()):
+        digest.update(f"{key} {attempt.outcome}\n".encode())
+    return digest.hexdigest()
+
+
+def is_current_dataset(path: Path, store: Store, expected: str) -> bool:
+    """True if the file is the last one written, from exactly these results, whether somebody has edited it since or not.
+
+    Its bytes are checked when it is opened.
+    """
+    try:
+        said = json.loads(files.read_bytes(store.folder / NOTE))
+        if said == _file_state(path, expected):
+            return True
+        # An edit has replaced the seal: the results that the file was made of have to be enough.
+        return bool(said["made_of"] == expected and is_edited(path))
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        return False
+
+
+def write_state(path: Path, store: Store, made: str) -> None:
+    """Record the results that the file was made of; without the record it is collected again next time."""
+    with suppress(OSError):
+        state = json.dumps(_file_state(path, made))
+        files.write_whole(store.folder / NOTE, [state.encode()])
+
+
+def _file_state(path: Path, made: str) -> dict[str, object]:
+    return {"made_of": made, "seal": read_seal(path), "bytes": path.stat().st_size}
 
 
 # Runs of different length, one behind the other: CF contiguous ragged arrays with the labels of what they belong to.

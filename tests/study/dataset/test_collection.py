@@ -17,8 +17,8 @@ from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study import api
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.dataset.collect import NOTE, collect, dataset_hash, is_current_dataset, write_state
-from nanoslip.study.dataset.file import read_groups
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.file import NOTE, dataset_hash, is_current_dataset, read_groups, write_state
 from nanoslip.study.dataset.table import case_rows
 from nanoslip.study.dataset.variables import (
     EXPLAINED,

@@ -24,7 +24,7 @@ from unittest.mock import patch
 
 from nanoslip.study.commands.datasets import write_dataset
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collect import NOTE
+from nanoslip.study.dataset.file import NOTE
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import Plan, make_plan
