@@ -98,7 +98,7 @@ if TYPE_CHECKING:
         EventSizes as EventSizes,
         SizeDistribution as SizeDistribution,
         event_sizes as event_sizes,
-        pooled as pooled,
+        pool_events as pool_events,
         size_distribution as size_distribution,
     )
     from nanoslip.solver.sliding.statistics import event_statistics as event_statistics

@@ -216,7 +216,7 @@ APART = {
     "names and symbols": """dataset.variables.si_coordinates dataset.variables.describe_size dataset.units.stored_name
         figures.points.axis_named report.summary solver.compiling solver.view.label_numbers figures.gallery._number
         figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
-        manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.expectations._named
+        manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.expectations._name_with_size
         tasks.task._parameters run.child._other_software dataset.verify.Recomputed._scale""",
     "digits of a number": "dataset.units.format_value solver.view.round_with_error",
     "lines and words of a text that is shown": """notices.print_notice solver.outcome.Outcome.__post_init__ report.console

@@ -14,7 +14,7 @@ LINES: Final = ("-", "--")
 """Line styles of the spreads."""
 
 
-def over_mean_of_ends(dataset: xr.Dataset) -> xr.DataArray:
+def plateau_above_ends(dataset: xr.Dataset) -> xr.DataArray:
     """The plateau over μ_i, less (1 + r)/2: the mean of what a node carries before and after a slip."""
     found = dataset.squeeze()
     share: xr.DataArray = found["plateau_mean"] / found["intrinsic_friction"]
@@ -23,7 +23,7 @@ def over_mean_of_ends(dataset: xr.Dataset) -> xr.DataArray:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the plateau less the mean of a slip's ends, and the excess: over residual shear, then over the contacts."""
-    found, above = dataset.squeeze(), over_mean_of_ends(dataset)
+    found, above = dataset.squeeze(), plateau_above_ends(dataset)
     most = {"contacts": found["contacts"].values[-1]}
     with column(3.0, PAGE) as figure:
         left, middle, right = figure.subplots(1, 3)
@@ -45,7 +45,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     """The line through the plateaus, and what is left of the excess at the most contacts."""
-    found, above = dataset.squeeze(), over_mean_of_ends(dataset)
+    found, above = dataset.squeeze(), plateau_above_ends(dataset)
     contacts = found["contacts"].values
     room = 1.0 - found["residual_shear"]
     for spread in found["spread"].values:

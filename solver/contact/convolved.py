@@ -100,7 +100,7 @@ def convolve_contact(case: Case, convolution: SurfaceConvolution) -> NormalConta
     pin's slope times the last move.
     """
     x, away, pin = surface_from_pin(case), surface_from_axis(case), make_pin(case)
-    heights, u = pin.face(x), np.zeros_like(x)
+    heights, u = pin.unbounded_height(x), np.zeros_like(x)
     contact = guess_contact(case)
     force = np.where(contact, case.normal_load / contact.sum(), 0.0)
     scale, precision, exchange = case.normal_load * convolution.own_displacement, FIRST / len(x), Exchange(away)
@@ -108,7 +108,7 @@ def convolve_contact(case: Case, convolution: SurfaceConvolution) -> NormalConta
         lowest = float(heights[contact].min())  # differences of heights are exact, large ones have fewer digits
         force, v, approach = press_by_convolution(convolution, contact, heights - lowest, force, precision * scale)
         before, u = u, _sideways(case, convolution, force)
-        heights = pin.face(x + u)
+        heights = pin.unbounded_height(x + u)
         pressed = NormalContact(contact, force, u, v + lowest, approach + lowest, converged=True)
         wrong = wrong_nodes(case, pressed)
         if not wrong.any():

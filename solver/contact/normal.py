@@ -410,7 +410,7 @@ def _press_nodes(
 ) -> NormalContact:
     """The contact with just these nodes on the pin, one Newton step from the given u."""
     n, coupled = compliance.slab.nodes, case.effects.coupling
-    heights = make_pin(case).face(surface_from_pin(case) + (0.0 if stuck else u))
+    heights = make_pin(case).unbounded_height(surface_from_pin(case) + (0.0 if stuck else u))
     # Newton: h(x + u') = h(x + u) + slope·(u' - u). The term with u' stands in the matrix (`_block`).
     if system.slope is not None:
         heights = heights - system.slope * u

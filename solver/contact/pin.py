@@ -44,10 +44,10 @@ class Pin:
 
     def height(self, xi: Vector) -> Vector:
         """Height of the pin's surface above its lowest point at ξ (any shape), in L_x; infinite beyond the pin."""
-        return np.where(np.abs(xi) <= self.half_width, self.face(xi), np.inf)
+        return np.where(np.abs(xi) <= self.half_width, self.unbounded_height(xi), np.inf)
 
-    def face(self, xi: Vector) -> Vector:
-        """Height of the pin as if it had no edges."""
+    def unbounded_height(self, xi: Vector) -> Vector:
+        """Height of the pin above its lowest point at ξ, as if it had no edges, in L_x."""
         rise = self.rises[0, 0]
         if self.rises.size > 1:  # a smooth pin's is one number
             rise = self._apply_to_rows(xi, lambda places, rises: np.interp(places, self.knots, rises))

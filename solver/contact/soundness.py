@@ -190,7 +190,7 @@ def accuracy_of_heights(case: Case, softness: Vector, state: ContactState) -> Ou
     if not state.contact.any():
         return COMPLETED
     xi = surface_from_pin(case, state.first_node) + state.u - state.displacement
-    lift = make_pin(case).face(xi) - state.w - state.approach
+    lift = make_pin(case).unbounded_height(xi) - state.w - state.approach
     missed = np.abs(lift[state.contact]).max()
     softest = float(np.abs(softness[state.contact]).max())
     share = float(missed) / (case.normal_load * softest)

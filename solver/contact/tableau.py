@@ -148,14 +148,14 @@ def _base(compliance: EndlessCompliance, nodes: float) -> Base:
     entries, some = window_entries(compliance, followed), quarter(followed, n)
     normal = some.entries[:-1] >= len(followed)
 
-    def bordered(rows: Indices, columns: Indices) -> Dense:
+    def bordered_entries(rows: Indices, columns: Indices) -> Dense:
         """The compliance and the load's row and column, which are the last, in the rows of a quarter and an image's columns."""
         found = np.zeros((len(rows), len(columns)))
         found[:-1, :-1] = entries(rows[:-1], columns[:-1])
         found[:-1, -1] = found[-1, :-1] = normal
         return found
 
-    parts = some.parts(bordered)
+    parts = some.parts(bordered_entries)
     in_contact = np.append(np.tile(disc.ravel()[followed], 2), True)[some.entries]
     for part, character in zip(parts, CHARACTERS, strict=True):
         members = some.members(character)
@@ -181,10 +181,10 @@ def tableau_from_base(compliance: EndlessCompliance, nodes: Window, contact: Nod
     mean_place = places[:, contact].mean(axis=1)
     middle = np.rint(mean_place).astype(np.int64)
     shifted = places - middle[:, None] + n // 2
-    under_disc = _at(disc, shifted)
+    under_disc = _sample_mask(disc, shifted)
     different = np.flatnonzero(under_disc != contact)
     is_on_plane = under_disc.sum() == disc.sum()
-    covered = _at(wider(disc, BASE_RINGS), shifted).all() and is_on_plane
+    covered = _sample_mask(wider(disc, BASE_RINGS), shifted).all() and is_on_plane
     if not covered or len(different) > MOST_DIFFERENT * count:
         _last_base.clear()  # the inverse needs the room
         return None
@@ -200,7 +200,7 @@ def _both(nodes: Indices, n: int) -> Indices:
     return np.concatenate((nodes, n + nodes))
 
 
-def _at(mask: Nodes, places: Indices) -> Nodes:
+def _sample_mask(mask: Nodes, places: Indices) -> Nodes:
     """The values of a mask (n, n) at places (2, k); False beyond it."""
     moved = np.zeros(places.shape[1], np.bool_)
     inside = ((places >= 0) & (places < len(mask))).all(axis=0)

@@ -103,7 +103,7 @@ def sizes_of_columns(
     )
 
 
-def pooled(parts: list[EventSizes]) -> EventSizes:
+def pool_events(parts: list[EventSizes]) -> EventSizes:
     """Join the events of several records, such as the members of an ensemble, one record after the other."""
     return EventSizes(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in DISCRETE})
 
@@ -189,7 +189,7 @@ def size_distribution(*members: Values, discrete: bool, draws: int = power_law.D
     All numbers are NaN if too few members have sizes (`fewest_members`). discrete: whole numbers, such as slips.
     draws: samples for the goodness of fit, which is NaN for 0.
     """
-    member_sizes, sample = _together(members, discrete)
+    member_sizes, sample = _pool_sizes(members, discrete)
     count, law = len(sample.values), power_law.find_power_law(sample)
     mean = float(sample.values.mean()) if count else math.nan
     largest = float(sample.values[-1]) if count else math.nan
@@ -201,7 +201,7 @@ def size_distribution(*members: Values, discrete: bool, draws: int = power_law.D
     return SizeDistribution(count, mean, largest, *exponent, *law[1:], goodness)
 
 
-def _together(members: Sequence[Values], discrete: bool) -> tuple[list[Floats], power_law.SizeSample]:
+def _pool_sizes(members: Sequence[Values], discrete: bool) -> tuple[list[Floats], power_law.SizeSample]:
     """Sizes of each member with sizes, and of all together; empty if too few members have sizes."""
     member_sizes = [values for sizes in members if len(values := power_law.sort_sizes(sizes, discrete).values)]
     enough = len(member_sizes) >= fewest_members(len(members))
@@ -347,7 +347,7 @@ def _bins(members: Sequence[EventSizes]) -> SizeBins:
     numbers, middles, densities, counts = [], [], [], []
     for number, size in enumerate(SIZES):
         values = [getattr(sizes, size) for sizes in members]
-        _, sample = _together(values, DISCRETE[size])
+        _, sample = _pool_sizes(values, DISCRETE[size])
         bins = power_law.logarithmic_histogram(sample.values, discrete=sample.discrete)
         has_events = bins.counts > 0
         numbers.append(np.full(int(has_events.sum()), number, np.int8))

@@ -97,7 +97,7 @@ def portion(case: Case, compliance: Compliance, first: int, beyond: int, places:
         try:
             contact = interface_contact(case, number, loads[number], places)
             with part_of_progress((number - first) / (beyond - first), (number + 1 - first) / (beyond - first)):
-                joined = _together(joined, _alone(contact, compliance, end))
+                joined = _add_portions(joined, _alone(contact, compliance, end))
         except SolverError as error:
             joined = _count_lost(joined, error.outcome, 1)
     return joined
@@ -195,8 +195,8 @@ def _count_lost(portion: Portion, outcome: Outcome, lost: int) -> Portion:
     return replace(portion, lost=portion.lost + lost, ending=ending, outcome=reported)
 
 
-def _together(one: Portion, other: Portion) -> Portion:
-    """The sum of two portions."""
+def _add_portions(one: Portion, other: Portion) -> Portion:
+    """Add two portions: numbers of both together, the largest of others, the first end that lost contacts."""
     values: dict[str, Any] = {}
     for name in _ADDED:
         values[name] = getattr(one, name) + getattr(other, name)
@@ -224,7 +224,7 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
 
     Raises SolverError if fewer than half of the contacts have a record.
     """
-    total = reduce(_together, portions)
+    total = reduce(_add_portions, portions)
     if total.contacts < fewest_members(case.interface.contacts):
         raise _make_error(replace(total.outcome, ending=_ENDINGS[total.ending]))
     # Contacts with a record carry the load of those without, too.

@@ -144,14 +144,14 @@ class _Search:
     def best(self, factors: Iterable[float]) -> Spacing | None:
         """The first of these spacings that has the number, else the first that the scheme takes."""
         first = None
-        for other in filter(None, map(self._on, factors)):
-            spacing = self._computed(other)
+        for other in filter(None, map(self._case_with_spacing, factors)):
+            spacing = self._compute_spacing(other)
             if spacing.has_value:
                 return spacing
             first = first or spacing
         return first
 
-    def _on(self, factor: float) -> Case | None:
+    def _case_with_spacing(self, factor: float) -> Case | None:
         """The case with nodes this much further apart, about; None where its scheme or settings exclude that, or where the grid
         has a validity flag that the case's own has not: its number would be no measure of the spacing's influence."""
         names = self.case.labels.names
@@ -177,7 +177,7 @@ class _Search:
         assert self.case.case is not None
         return self.case.case.slab.n_x - 1
 
-    def _computed(self, other: Case) -> Spacing:
+    def _compute_spacing(self, other: Case) -> Spacing:
         factor = self._spaces / (other.slab.n_x - 1)
         spacing = Spacing(factor, other.slab.n_x)
         tasks = self._affordable_tasks(other)

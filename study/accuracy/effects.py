@@ -184,11 +184,11 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
         assert campaign_case.case is not None
         # Results of one case fit into memory; the next case needs none of them but compliances.
         done = {key: entry for key, entry in done.items() if entry[0].kind == "compliance"}
-        results_of_whole, seconds_of_whole = _computed(scenes, campaign_case.case, scenes.drives, done)
+        results_of_whole, seconds_of_whole = _compute_scene(scenes, campaign_case.case, scenes.drives, done)
         for effect, case, drives, problem in _left_out(scenes, campaign_case.case):
             fewer, its_seconds = results_of_whole, seconds_of_whole
             if not problem:
-                fewer, its_seconds = _computed(scenes, case, drives, done)
+                fewer, its_seconds = _compute_scene(scenes, case, drives, done)
             for place, result in fewer.items():
                 variable, drive = place
                 where = f"{number}, drive {drive}" if drive else f"{number}"
@@ -252,7 +252,7 @@ def scene_tasks(
     return [("", compliance), *tasks] if is_needed else tasks
 
 
-def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[dict[Place, TaskResult], float]:
+def _compute_scene(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[dict[Place, TaskResult], float]:
     """Results of a case and its drives, and core seconds of contact, record and drives.
 
     done: results and their core seconds; new ones are added.

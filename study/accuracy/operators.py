@@ -75,7 +75,7 @@ def measure_elastic_operator(setup: Setup, effort: Effort) -> Diagram:
     # Different words may mean the same grid.
     by_size = (discretizations(slab, size) for size in effort.sizes)
     grids = dict.fromkeys(itertools.chain.from_iterable(by_size))
-    by_grid = (_measured(setup, grid, effort, truth) for grid in grids)
+    by_grid = (_measure_discretization(setup, grid, effort, truth) for grid in grids)
     rows = tuple(itertools.chain.from_iterable(by_grid))
     fine = reference_slab(slab, effort.reference_size)
     settings, seconds = ("n_x", "scheme", "rows_per_level", "coarsest_row"), ("seconds", "record_seconds")
@@ -223,7 +223,9 @@ def lateral_stiffness(compliance: Compliance, nodes: NDArray[np.int64]) -> float
     return float(forces[:m].sum())
 
 
-def _measured(setup: Setup, slab: Slab, effort: Effort, truth: Mapping[float, Mapping[str, float]]) -> Iterator[Row]:
+def _measure_discretization(
+    setup: Setup, slab: Slab, effort: Effort, truth: Mapping[float, Mapping[str, float]]
+) -> Iterator[Row]:
     """Times and errors of a discretization, or nothing where the slab or its contact has no answer in it."""
     case = replace(setup.case, slab=slab, max_events=None, max_displacement=DISPLACEMENT)
     try:

@@ -306,7 +306,7 @@ class Accessor:
         further = [coordinate for coordinate in table.coords if coordinate not in names]
         table = table.drop_vars(further)
         labels: dict[str, Any] = {}
-        for parameter in _varying(self._dataset):
+        for parameter in _varying_labels(self._dataset):
             if rows.has(parameter):
                 values = np.repeat(rows.values(parameter)[here], counts)
                 labels[parameter] = (sample, values, self._dataset[parameter].attrs)
@@ -316,7 +316,7 @@ class Accessor:
         return table.assign_coords(labels)
 
 
-def _varying(root: xr.Dataset) -> list[str]:
+def _varying_labels(root: xr.Dataset) -> list[str]:
     """Parameters that differ between cases or drives, and names of these."""
     names = {*variables.parameters(), variables.DRIVE_NAME.name, "case_id", CASE}
     labels = [name for name in map(str, root.coords) if name in names]

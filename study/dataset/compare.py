@@ -154,7 +154,7 @@ class Observed:
 def uncertain_numbers(matched: Matched) -> Iterator[Observed]:
     """Every number that states an uncertainty, and every word, of the shared cases or drives."""
     for name in _names(matched):
-        if not _judged(matched, name):
+        if not _can_judge(matched, name):
             continue
         # Rounding is relative to the variable in all cases: a number near zero is a difference of larger ones.
         scale = 0.0
@@ -170,7 +170,7 @@ def uncertain_numbers(matched: Matched) -> Iterator[Observed]:
 
 def list_unjudged(matched: Matched) -> tuple[list[str], list[str]]:
     """Numbers without uncertainty: numbers that differ in any shared case, and all others."""
-    names = [name for name in _names(matched) if not _judged(matched, name)]
+    names = [name for name in _names(matched) if not _can_judge(matched, name)]
     one, other = matched.both
     same = [name for name in names if identical(one.values(name), other.values(name))]
     return [name for name in names if name not in same], same
@@ -191,7 +191,7 @@ def _names(matched: Matched) -> list[str]:
     return [name for name in of_kind if not name.endswith(told)]
 
 
-def _judged(matched: Matched, name: str) -> bool:
+def _can_judge(matched: Matched, name: str) -> bool:
     if not _number(matched, name):
         return True
     return all(f"{name}_uncertainty" in root for root in matched.roots)

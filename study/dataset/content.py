@@ -42,7 +42,7 @@ def find_problem(content: Content) -> str:
     dataset is sound."""
     # Runs are looked for in sound variables alone, so problems of variables come first.
     problems = (*_attributes_needs(content[""].attrs), *_variables_needs(content))
-    return next(iter(problems), "") or next(_of_runs(content), "")
+    return next(iter(problems), "") or next(_run_problems(content), "")
 
 
 def _attributes_needs(attributes: Mapping[Any, Any]) -> Iterator[str]:
@@ -176,7 +176,7 @@ def _text_needs(values: NDArray[Any]) -> Iterator[str]:
 # The runs of groups: as many values as their counts say, and a run for each name in the root.
 
 
-def _of_runs(content: Content) -> Iterator[str]:
+def _run_problems(content: Content) -> Iterator[str]:
     declared = {name: group for name, group in variables.all_groups().items() if name in content}
     if declared and variables.SOFTWARE[0].name not in content:
         yield f"group {variables.SOFTWARE[0].name}: missing"

@@ -212,21 +212,21 @@ def _columns_to_draw(family: RunFamily, dataset: xr.Dataset, scales: Scales | No
     with np.errstate(over="ignore", invalid="ignore"):
         columns = dict(family.columns(dataset, run))
         load = run.load * (scales.force if scales else 1.0)
-        for axis in _axes_of(family):
+        for axis in _all_axes(family):
             factor = axis.to_si(scales, load)
             for name in axis.columns:
                 columns[name] = columns[name] * factor
     return {name: _drawable(values) for name, values in columns.items()}
 
 
-def _axes_of(family: RunFamily) -> tuple[DrawnAxis, ...]:
+def _all_axes(family: RunFamily) -> tuple[DrawnAxis, ...]:
     axes = (family.x, family.y)
     return (*axes, family.color) if family.color else axes
 
 
 def _rename_sizes(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], run: DrawnRun) -> DrawnColumns:
     """Columns of a run, those that were converted to SI with names that say so."""
-    converted = {name for axis in _axes_of(family) if axis.is_converted for name in axis.columns}
+    converted = {name for axis in _all_axes(family) if axis.is_converted for name in axis.columns}
     return {f"{name}{SI}" if name in converted else name: values for name, values in numbers(run).items()}
 
 
@@ -282,7 +282,7 @@ def _draw_together(
 ) -> Figure:
     """Runs on one pair of axes; the figure grows by the legend of several. in_si: whether columns are in SI."""
     tables = [dict(numbers(run)) for run in runs]
-    labels = [_scale_to_prefix(axis, tables, in_si) for axis in _axes_of(family)]
+    labels = [_scale_to_prefix(axis, tables, in_si) for axis in _all_axes(family)]
     with column(family.height, WIDTH) as figure:
         axes = figure.add_subplot()
         for color, run, table in zip(COLORS, runs, tables, strict=False):

@@ -119,7 +119,7 @@ class Question:
         places = {name: column[0] for name, column in starts.items()}
         names = [parameter.name for parameter in self.ranges]
         parameters = dict(zip(names, values.tolist(), strict=True))
-        document = self._with(parameters | places)
+        document = self._fill_document(parameters | places)
         outputs = document.get("outputs", {})
         return as_toml(document | {"outputs": outputs | {"trajectory": True}})
 
@@ -171,7 +171,7 @@ class Question:
                     reason = impossible[0][source]
                     raise ManifestError.of(target.name, need="a number that some point has", remark=reason)
 
-    def _with(self, values: Mapping[str, Any]) -> dict[str, Any]:
+    def _fill_document(self, values: Mapping[str, Any]) -> dict[str, Any]:
         document = dict(self.document)
         for word, value in values.items():
             _fix(document, word, value)
@@ -198,7 +198,7 @@ class Question:
 
     def _plan(self, settings: Mapping[str, float], names: Sequence[str], rows: Sequence[tuple[float, ...]]) -> Plan:
         """The cases of a table with these columns, under one setting of the drives."""
-        document = self._with(settings)
+        document = self._fill_document(settings)
         files = {**self.manifest.files}
         if names:
             for table in TABLES:

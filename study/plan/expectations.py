@@ -407,7 +407,7 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
     lines = []
     for task in worst[: min(large, NAMED_TASKS)]:
         size = _gigabytes_text(memory_need(task), physical)
-        lines.append(f"{path}: {_named(task)}: {size}: {_advice(task)}")
+        lines.append(f"{path}: {_name_with_size(task)}: {size}: {_advice(task)}")
     if large > NAMED_TASKS:
         lines.append(f"{path}: {large - NAMED_TASKS} more tasks need more memory than this machine has")
     return tuple(lines)
@@ -426,7 +426,7 @@ def _map_bytes(slab: Slab) -> float:
     return 8.0 * stored
 
 
-def _named(task: Task) -> str:
+def _name_with_size(task: Task) -> str:
     """The task by its label, and the size that decides."""
     size = f"n_x={task.slab.n_x}"
     return task.label if size in task.label.split() else f"{task.label} {size}"

@@ -246,7 +246,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     dataset, units = convert_to_si(_select_shown(dataset, columns), names)
     columns |= {name: f"{_UNIT.sub('', columns[name])} ({unit})" for name, unit in units.items()}
     all_rows = case_rows(dataset)
-    varying = {name: row_label(all_rows, name) for name in _varying(all_rows)}
+    varying = {name: row_label(all_rows, name) for name in _differing_coordinates(all_rows)}
     labels = [label.title for label in varying.values()]
     # A punch is given its own half-width.
     titles = [f"{title} of contact" if title in labels else title for title in columns.values()]
@@ -592,7 +592,7 @@ def _where(rows: CaseRows, numbers: Sequence[int], what: str = "cases") -> str:
 def _place(rows: CaseRows, number: int) -> str:
     """Parameters of a row that differ between rows."""
     row = rows.at([number])
-    label = {name: row.values(name).tolist()[0] for name in _varying(rows)}
+    label = {name: row.values(name).tolist()[0] for name in _differing_coordinates(rows)}
     return label_text(label)
 
 
@@ -675,7 +675,7 @@ LEFT_OUT, LEFT_OUT_ERROR = quantities(LeftOut).values()
 """Variable: the influence of the node spacing on a record's numbers; `drive_` before it, on a drive's."""
 
 
-def _varying(rows: CaseRows) -> list[str]:
+def _differing_coordinates(rows: CaseRows) -> list[str]:
     """The coordinates in which rows differ; of a list of cases alike in all parameters their number."""
     names = list(rows.differing())
     alike = CASE in rows.sizes and set(names) <= rows.sizes.keys()

@@ -403,7 +403,7 @@ class Ledger:
         chosen: list[tuple[Work, float]] = []
         while self.queue.ready and len(chosen) < most:
             task = self.queue.take()
-            seconds = self.expected(task)
+            seconds = self.estimate_seconds(task)
             if seconds_left < seconds < math.inf:
                 self.queue.aside += 1
             elif seconds <= room or (at_least_one and not chosen):
@@ -417,7 +417,7 @@ class Ledger:
             self._watch.begun(chosen)
         return chosen
 
-    def expected(self, task: Work) -> float:
+    def estimate_seconds(self, task: Work) -> float:
         """Estimated seconds of this task, scaled by the measured times of its kind; infinite before one has ended."""
         if not self._measured.tasks((task.kind,)):
             return math.inf
@@ -565,7 +565,7 @@ class Dispatcher:
             # Exactly nothing where nothing is left, whatever was rounded, and infinite while unknown.
             self._load[rank] = self._load[rank] - seconds if doing else 0.0
 
-    def stranded(self) -> list[int]:
+    def find_stranded(self) -> list[int]:
         """Ranks whose task takes much longer than expected, so that waiting tasks should move to other ranks; none twice."""
         now = dispatch_time.monotonic()
         if now < self._next_look:

@@ -72,7 +72,7 @@ class Farm(ABC):
         while ledger.unfinished and not (self.interruption.requested or ledger.halt):
             dispatcher.hand_out()
             # Tasks that wait behind one that takes much longer than expected go to other ranks.
-            stranded = [(rank, (), self.take_back(rank)) for rank in dispatcher.stranded()]
+            stranded = [(rank, (), self.take_back(rank)) for rank in dispatcher.find_stranded()]
             take_in(stranded)
             take_in(self.news())
         # What has begun is awaited and kept; what only waits is left to the next run.

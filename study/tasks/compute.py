@@ -47,10 +47,10 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         return replace(needs[0], key=task.key, arrays={})
     of_needs = (need.origins for need in needs)
     origins = stemming((computing_origin(),), *of_needs)
-    return replace(_computed(task, inputs), origins=origins)
+    return replace(_compute_or_refuse(task, inputs), origins=origins)
 
 
-def _computed(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+def _compute_or_refuse(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     needs = [inputs[key] for key in task.needs]
     for need in needs:
         # Usable, not completed: a record without a plateau is still a record.
@@ -245,7 +245,7 @@ def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | in
         # No member has it: the campaign did not request this part.
         if example is None:
             continue
-        for name, key, words in _held(part):
+        for name, key, words in _result_fields(part):
             if not isinstance(getattr(example, name), _NO_SCALARS):
                 column = []
                 for value in values:
@@ -307,7 +307,7 @@ def _arrays(kind: Kind, member: Member) -> dict[str, NDArray[Any]]:
         value: Any = member.part(part.type)
         if value is None:
             continue
-        for name, key, _ in _held(part):
+        for name, key, _ in _result_fields(part):
             content = getattr(value, name)
             if isinstance(content, np.ndarray):
                 arrays[key] = content
@@ -340,7 +340,7 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
 
 
 @lru_cache(maxsize=256)
-def _held(part: Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
+def _result_fields(part: Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
     """List the numbers of a part that results hold: field, name in results, and the words that it encodes."""
     described = quantities(part.type, part.prefix)
     numbers = []

@@ -136,7 +136,7 @@ def energy(convolution, heights, force):
 def test_the_contact_has_the_least_energy_of_all_that_push_with_the_load():
     """Moving some of the load to other nodes, in contact or not, costs energy."""
     case = case_of(257, **rough(3e-5))
-    body = surface_compliance(case.slab).convolution, make_pin(case).face(surface_from_pin(case))
+    body = surface_compliance(case.slab).convolution, make_pin(case).unbounded_height(surface_from_pin(case))
     force, generator = -convolved_contact(case).nodal_force[1], np.random.default_rng(5)
     for _ in range(20):
         other = np.where(generator.random(257) < 0.1, generator.random(257), 0.0)

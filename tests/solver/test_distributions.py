@@ -17,7 +17,13 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import power_law, sizes
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.power_law import find_power_law, power_law_sizes, sort_sizes
-from nanoslip.solver.sliding.sizes import event_distributions, event_sizes, pooled, rank_correlation, size_distribution
+from nanoslip.solver.sliding.sizes import (
+    event_distributions,
+    event_sizes,
+    pool_events,
+    rank_correlation,
+    size_distribution,
+)
 from nanoslip.solver.sliding.slide import slide
 from tests.synthetic import LOAD, noisy_record, record_from
 
@@ -50,7 +56,7 @@ def test_sizes_are_read_off_the_columns_and_what_rounding_or_a_rise_leaves_is_no
 def test_events_before_a_place_are_left_out_and_records_put_together_are_one_behind_the_other():
     record = noisy_record(events=300)
     part, whole = event_sizes(record, float(record.displacement[100])), event_sizes(record)
-    both = pooled([part, whole])
+    both = pool_events([part, whole])
     for name in sizes.DISCRETE:
         np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[100:])
         np.testing.assert_array_equal(getattr(both, name)[200:], getattr(whole, name))
@@ -128,7 +134,7 @@ def goodness(drawn, draws=40):
 @pytest.mark.slow
 @BOTH
 def test_power_laws_are_not_refused_more_often_than_chance_does(discrete):
-    """Of 24 samples one in ten is below 0.1: more than 8 of them come by chance once in 2000 times."""
+    """One in ten of 24 samples is below 0.1: more than 8 of them come by chance once in 2000 times."""
     found = np.array([goodness(sample(discrete, 1.8, 2.0, 400, seed)) for seed in range(24)])
     assert (found < 0.1).sum() <= 8
     assert 0.3 < found.mean() < 0.8  # a half; the cut-off is chosen among few and leans up
@@ -245,7 +251,7 @@ def test_an_exponent_at_a_bound_is_none(discrete):
 @BOTH
 @pytest.mark.parametrize("members", [2, pytest.param(8, marks=pytest.mark.slow)])
 def test_the_uncertainty_of_an_exponent_holds_in_68_of_100(members, discrete, repeated):
-    """Of members with 200 independent sizes each from τ = 1.8, also where each occurs nine times: members alone are independent.
+    """Members have 200 independent sizes each from τ = 1.8, also where each occurs nine times: members alone are independent.
 
     Of 200 ensembles the share is binomial, three standard deviations are 0.1. Up to 0.06 more is no fault: of 8 members or more
     the cut-off that each replicate looks for makes ± too large rather than too small.
@@ -265,7 +271,7 @@ def test_members_are_fitted_together_and_their_order_does_not_matter():
     records = [event_sizes(noisy_record(400, seed=seed)) for seed in range(3)]
     steps = [each.step for each in records]
     found, whole, back = (
-        size_distribution(*each, discrete=False, draws=0) for each in (steps, [pooled(records).step], steps[::-1])
+        size_distribution(*each, discrete=False, draws=0) for each in (steps, [pool_events(records).step], steps[::-1])
     )
     assert (found.exponent, found.cutoff, found.tail) == (whole.exponent, whole.cutoff, whole.tail)
     assert (found.exponent_members, whole.exponent_members) == (3, 1)

@@ -341,7 +341,7 @@ def test_an_amplitude_without_a_duration_is_that_of_two_hundred_periods(count):
 
 
 BISTABLE = (9, 14, 20, 31, 35, 39)
-"""Of the drives below: these were seen to stick and slip for a hundred periods or more, until one slip did not end. When that
+"""Numbers of the drives below that were seen to stick and slip for a hundred periods or more, until one slip did not end. When that
 is, the last digit decides."""
 
 

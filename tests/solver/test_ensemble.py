@@ -111,7 +111,7 @@ def test_members_take_their_own_place_on_a_measured_profile_and_none_on_a_design
 
 
 def test_the_interval_holds_in_68_and_twice_of_it_in_93_of_100():
-    """Of 20,000 ensembles of 8 normal members: the interval's own probability, and Student's for twice its width."""
+    """Shares of 20,000 ensembles of 8 normal members: the interval's own probability, and Student's for twice its width."""
     values = np.random.default_rng(4).normal(3.0, 0.5, (20_000, 8))
     mean = mean_of(values)
     off = np.abs(mean.mean - 3.0)
@@ -181,7 +181,7 @@ def test_the_jackknife_of_a_mean_is_its_uncertainty():
     ("scatter", "kept", "held"), [(0.5, 0.99, 0.65), (1.0, 0.95, 0.58), (2.0, 0.91, 0.59), (4.0, 0.94, 0.64)]
 )
 def test_a_target_that_is_stopped_at_is_kept_in_more_than_nine_of_ten(scatter, kept, held):
-    """Of normal members whose scatter is so many times the error asked for: who stops when ± happens to be small states less.
+    """The scatter of normal members is a multiple of the requested error: who stops when ± happens to be small states less.
 
     The worst is 92.5 in 100, at twice; ± of the mean holds in 59 to 68. Of 4000 ensembles a share is known to 0.4 to 0.8 %.
     """

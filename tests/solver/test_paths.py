@@ -85,7 +85,7 @@ def test_backward_is_forward_in_a_mirror(scheme, method):
 
 @pytest.mark.slow
 def test_a_grid_without_ends_goes_on_to_the_left_as_to_the_right():
-    """Of 50,000 events rounding parts the last ones: grids agree to a node, levels of friction within their scatter."""
+    """Rounding parts the last of 50,000 events: grids agree to a node, levels of friction within their scatter."""
     back, (record, end) = backward_and_mirrored(case_of("strip", max_events=10**6, radius=5.0), 0.6)
     assert back.end.first_node < -10
     assert abs(back.end.first_node + end.first_node) <= 1

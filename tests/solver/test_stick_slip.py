@@ -140,7 +140,7 @@ def trials(monkeypatch):
 
 @pytest.mark.parametrize("duration", [300.0, 3000.0, 30_000.0])
 def test_a_fit_takes_no_longer_the_more_slips_there_are(trials, duration):
-    """Of the closed form, 30 000 hold 1700 slips; what takes the time is slips times trials."""
+    """A duration of 30 000 holds 1700 slips of the closed form; slips times trials take the time."""
     drive = replace(WORN, duration=duration, samples=1000)
     plain = integrate(constant_profile(0.5), replace(drive, surface_compliance=False), STIFF)
     result = replace(plain, slip_force=np.array([2.0]))

@@ -83,7 +83,7 @@ def test_a_base_holds_a_quarter_of_the_disc_and_every_entry_of_it(monkeypatch):
 
 @pytest.mark.parametrize("nodes", [1.0, 5.0, 9.0])
 def test_a_disc_of_one_node_or_few_is_no_special_case(nodes):
-    """Of a single node two of the four parts have no entry in contact, of a few nodes some parts have few."""
+    """With a single node two of the four parts have no entry in contact, with a few nodes some parts have few."""
     disc = tableau.node_disc(SLAB.n_x, nodes)
     window = np.flatnonzero(wider(disc, 2))
     found = tableau.tableau_from_base(COMPLIANCE, window, disc.ravel()[window], nodes)

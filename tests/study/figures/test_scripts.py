@@ -38,7 +38,7 @@ from reversal import ASSUMED, Line, Path as ReversedPath, numbers_of as numbers_
 from scene import of_load, width_of
 from schemes import DEFAULTS
 from scipy import stats
-from shear import over_mean_of_ends
+from shear import plateau_above_ends
 from slider import drop_of, load_of as load_of_slider
 from stick_slip import claims as claims_of_regimes, critical_velocity
 from strength import fit_of, series_of
@@ -570,7 +570,7 @@ def test_peaks_of_independent_contacts_average_out() -> None:
 @pytest.mark.slow
 def test_a_slip_leaves_its_share_of_the_plateau_whatever_the_intrinsic_friction() -> None:
     """(1 + r)/2 + c(1 - r), of 17 nodes to 0.02; a spread of nodes raises it."""
-    found = over_mean_of_ends(small("interface/shear")).sel(contacts=16)
+    found = plateau_above_ends(small("interface/shear")).sel(contacts=16)
     assert np.ptp(found.values, axis=found.get_axis_num("intrinsic_friction")).max() < 0.02
     assert (found.sel(residual_shear=0.9) < 0.2 * found.sel(residual_shear=0.0) + 0.005).all()
     assert (found.sel(spread=0.1) > found.sel(spread=0.0)).all()

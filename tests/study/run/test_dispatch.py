@@ -77,9 +77,9 @@ def next_of(ledger):
 
 def test_the_time_a_task_will_take_is_learnt_from_its_kind():
     ledger = Ledger([Work("a", cost=1.0), Work("b", cost=3.0)], Watch())
-    assert ledger.expected(Work("c", kind="another")) == float("inf")
+    assert ledger.estimate_seconds(Work("c", kind="another")) == float("inf")
     ledger.enter(Done(next_of(ledger).key, COMPLETED, seconds=2.0))
-    assert ledger.expected(Work("b", cost=3.0)) == 6.0
+    assert ledger.estimate_seconds(Work("b", cost=3.0)) == 6.0
 
 
 @pytest.mark.parametrize(("again", "attempts"), [(False, 1), (True, 2)])
@@ -209,9 +209,9 @@ def test_what_waits_behind_a_task_that_hangs_is_handed_out_elsewhere(monkeypatch
     harness = Harness(2, 45)
     harness.hand_out()
     ((_, keys),) = harness.finish(0, "0", 0.01)
-    assert harness.dispatcher.stranded() == []
+    assert harness.dispatcher.find_stranded() == []
     now[0] += STRANDED + 0.1
-    assert [harness.dispatcher.stranded(), harness.dispatcher.stranded()] == [[0], []]
+    assert [harness.dispatcher.find_stranded(), harness.dispatcher.find_stranded()] == [[0], []]
     harness.dispatcher.take_back(0, keys[1:])
     harness.ledger.give_back(keys[1:])
     ((rank, again),) = harness.finish(1, "1", 0.01)

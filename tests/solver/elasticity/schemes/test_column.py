@@ -43,7 +43,7 @@ def test_the_whole_grid_says_the_same(support: Support, n_x: int, limit: float, 
 @pytest.mark.parametrize("support", ["bonded", "frictionless"])
 @pytest.mark.parametrize("poisson", [0.0, 0.49])
 def test_the_whole_grid_comes_closer_the_finer_its_middle(poisson: float, support: Support) -> None:
-    """Of third order and more in the thickness of rows (11 to 12 times closer seen for 8), down to 1.5e-5.
+    """The error is of third order or more in the thickness of rows (11 to 12 times closer seen for 8), down to 1.5e-5.
 
     Without what shear does to a frictionless foot, 0.3 ν per width, 1e-4 would be left.
     """
