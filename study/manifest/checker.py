@@ -328,7 +328,7 @@ def find_refusal(make: Callable[..., object], *arguments: object) -> InvalidInpu
 
 
 class SceneSizes(NamedTuple):
-    """SceneSizes that values with units are divided by."""
+    """Sizes of a scene, which values with units are divided by."""
 
     scales: Scales
     width_given: bool

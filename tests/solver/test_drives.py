@@ -341,8 +341,8 @@ def test_an_amplitude_without_a_duration_is_that_of_two_hundred_periods(count):
 
 
 BISTABLE = (9, 14, 20, 31, 35, 39)
-"""Numbers of the drives below that were seen to stick and slip for a hundred periods or more, until one slip did not end. When that
-is, the last digit decides."""
+"""Numbers of the drives below that were seen to stick and slip for a hundred periods or more, until one slip did not end.
+When that is, the last digit decides."""
 
 
 @pytest.mark.parametrize("numbers", [(20, 23, 27, 31), pytest.param(range(40), marks=pytest.mark.slow)])

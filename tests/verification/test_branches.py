@@ -21,7 +21,9 @@ from tests.verification.branches import SAME, SETS, WAYS, apart, drawn, slipped_
 from tests.verification.seen import seen
 
 CASES = (0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11)
-"""Random cases with every pin, residual_shear 0 to 1. Number 4 has no stuck contact: an edge node pulls in contact and pushes when free."""
+"""Random cases with every pin, residual_shear 0 to 1.
+
+Number 4 has no stuck contact: an edge node pulls in contact and pushes when free."""
 SMOOTH = [number for number in range(10) if not drawn(number).heterogeneity.roughness]
 CONTINUA = [name for name, kind in SCHEMES.items() if kind.continuum and kind.LAYOUT is Row]
 

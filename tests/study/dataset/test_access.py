@@ -204,6 +204,7 @@ def test_the_examples_of_the_page_run(tmp_path, monkeypatch):
         exec(block, names)
     assert len(blocks) == 4
     assert len(names["table"]) == 4
+    assert "poisson" not in names["table"]  # the same in all cases
     assert set(names["events"]["normal_load"]) == {1e-3, 2e-3}
     np.testing.assert_array_equal(names["words"].values, names["results"]["message"].values)
 
