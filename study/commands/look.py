@@ -91,7 +91,7 @@ def try_campaign(
     if picture:
         # What cannot be drawn is better known before it is computed.
         _draw().shared.file_format(picture)
-    with refusals(MemoryError), _as_typed():
+    with refusals(MemoryError), _naming_keys_as_typed():
         search = {"critical": "true"} if critical else {}
         content = make_campaign(typed | search, contact, drive or critical)
         stated = api.read_campaign(content).fixed.keys()
@@ -269,7 +269,7 @@ def _idle(words: Mapping[str, str], contact: bool) -> Iterator[str]:
 
 
 @contextmanager
-def _as_typed() -> Iterator[None]:
+def _naming_keys_as_typed() -> Iterator[None]:
     """Name keys in problems as they were typed: without a file, and the tables that a campaign has them in."""
     try:
         yield

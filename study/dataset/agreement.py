@@ -190,7 +190,7 @@ class Runs:
         owners = [owner.name for owner in self.group.owners]
         return self._compare_variables(owners, self.group.name, ranges)
 
-    def columns(self, kept: str, now: str, rounding: float = ROUNDING) -> list[Difference]:
+    def compare_columns(self, kept: str, now: str, rounding: float = ROUNDING) -> list[Difference]:
         """Compare two runs column by column, over the largest magnitude in the same unit; empty if one of them is missing.
 
         Thus a shear that is nothing but rounding is compared with the pressure.

@@ -264,7 +264,7 @@ def compare_runs(matched: Matched) -> dict[str, tuple[int, int]]:
         names = [rows.values(group.id.name).tolist() for rows in matched.both]
         pairs = [pair for pair in zip(*names, strict=True) if any(pair)]
         in_both = [pair for pair in pairs if all(pair)]
-        verdicts = [worst(runs.columns(*pair)) for pair in in_both]
+        verdicts = [worst(runs.compare_columns(*pair)) for pair in in_both]
         same = sum(verdict <= Verdict.ROUNDING for verdict in verdicts)
         if pairs:
             counts[name] = (same, len(pairs) - same)
@@ -318,6 +318,6 @@ def _keys_of_facts(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     for key, value in document.items():
         if isinstance(value, Mapping) and (key in TABLES or key not in _NO_FACTS):
             words = table_words(key) if key in TABLES else ()
-            yield from ((f"{key}.{inner}", inner_value) for inner, inner_value in value.items() if inner not in words)
+            yield from ((f"{key}.{part}", setting) for part, setting in value.items() if part not in words)
         elif key not in _NO_FACTS:
             yield key, value

@@ -521,18 +521,9 @@ class Runs:
         if not keys or keys in self._names:
             return self._names.get(keys, "")
         for sample, series in self.group.samples.items():
-            pairs = [
-                (kind_series, result) for result in parts for kind_series in series if kind_series.kind == result.kind
-            ]
-            count = 0
-            for kind_series, result in pairs:
-                runs = {name: _run(result, name, kind_series) for name in kind_series.columns}
-                count += next(iter(runs.values())).size
-                for name, quantity in kind_series.columns.items():
-                    factor = factors[quantity.per] if quantity.per else None
-                    values = runs[name] if factor is None else runs[name] * factor
-                    self._columns[quantity.name].add(values)
-            self._counts[sample].append(count)
+            columns_of_parts = [(stated, part) for part in parts for stated in series if stated.kind == part.kind]
+            lengths = [self._append_columns(stated, part, factors) for stated, part in columns_of_parts]
+            self._counts[sample].append(sum(lengths))
         self._owners.append((case_id, drive))
         # The name of a single result is its key, shortened; several results have a key of their
         # own.
@@ -540,6 +531,14 @@ class Runs:
         if len(keys) > 1:
             name = content_hash(keys, length=NAME_LENGTH)
         return self._names.setdefault(keys, name)
+
+    def _append_columns(self, series: Series, result: TaskResult, factors: Mapping[str, float]) -> int:
+        """Append the columns of a result; returns their length."""
+        runs = {name: _run(result, name, series) for name in series.columns}
+        for name, quantity in series.columns.items():
+            values = runs[name] * factors[quantity.per] if quantity.per else runs[name]
+            self._columns[quantity.name].add(values)
+        return next(iter(runs.values())).size
 
     def _has_columns(self, result: TaskResult) -> bool:
         """True if a result has the columns of the group, and not its scalars alone."""

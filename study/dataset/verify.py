@@ -292,7 +292,7 @@ class Recomputed:
             kept_ids = self._found.variables[name].isel(place).values.ravel()
             now_ids = self._again.variables[name].isel(place).values.ravel()
             for one, other in zip(kept_ids, now_ids, strict=True):
-                chained = self._soften(runs, runs.columns(one, other, rounding))
+                chained = self._soften(runs, runs.compare_columns(one, other, rounding))
                 differences += runs.owners(one, other) + chained
         label = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
         return worst_difference(label, differences)

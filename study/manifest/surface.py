@@ -259,6 +259,7 @@ def _length(key: str, text: str) -> float:
 
 
 def _from_columns(source: columns.FileColumns, named: NamedSurface) -> Image:
+    """An image from columns x, y and z of points on a grid, in any order."""
     lengths = [number for number, column in enumerate(source.columns) if _may_be_length(column)]
     by_name = {source.columns[number].name.casefold(): number for number in lengths}
     chosen = lengths
@@ -343,21 +344,22 @@ def _fill_smoothly(height: Floats, holes: NDArray[np.bool_]) -> Floats:
     count = int(holes.sum())
     numbers = np.full(height.shape, -1)
     numbers[holes] = np.arange(count)
-    rows, columns_, values, right = [], [], [], np.zeros(count)
+    equations, unknowns, values = [], [], []
+    right = np.zeros(count)
     for line, column in np.argwhere(holes).tolist():
         equation = int(numbers[line, column])
         neighbours = _neighbours(line, column, height.shape)
-        rows.append(equation)
-        columns_.append(equation)
+        equations.append(equation)
+        unknowns.append(equation)
         values.append(float(len(neighbours)))
         for place in neighbours:
             if numbers[place] < 0:
                 right[equation] += height[place]
             else:
-                rows.append(equation)
-                columns_.append(int(numbers[place]))
+                equations.append(equation)
+                unknowns.append(int(numbers[place]))
                 values.append(-1.0)
-    matrix = scipy.sparse.csc_array((values, (rows, columns_)), shape=(count, count))
+    matrix = scipy.sparse.csc_array((values, (equations, unknowns)), shape=(count, count))
     filled = height.copy()
     filled[holes] = scipy.sparse.linalg.spsolve(matrix, right)
     return filled
@@ -365,9 +367,9 @@ def _fill_smoothly(height: Floats, holes: NDArray[np.bool_]) -> Floats:
 
 def _neighbours(line: int, column: int, shape: tuple[int, ...]) -> list[tuple[int, int]]:
     """The neighbours of a pixel that are in an image: above, below, left and right."""
-    lines, columns_ = shape
+    height, width = shape
     places = ((line - 1, column), (line + 1, column), (line, column - 1), (line, column + 1))
-    return [(row, place) for row, place in places if 0 <= row < lines and 0 <= place < columns_]
+    return [(row, place) for row, place in places if 0 <= row < height and 0 <= place < width]
 
 
 def _column_scale(key: str, unit_stated: str, column: columns.FileColumn, usual: str = "m") -> float:

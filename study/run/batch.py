@@ -136,7 +136,7 @@ def load_site(path: Path) -> tuple[Site, str]:
         content = from_toml(read_text(path))
         remark = f"unknown; needs one of {', '.join(names)}"
         problems += [Problem(Place(), key, remark=remark) for key in content if key not in names]
-        values: dict[str, Any] = {key: content_value for key, content_value in content.items() if key in names}
+        values: dict[str, Any] = {key: setting for key, setting in content.items() if key in names}
         for key, value in values.items():
             if isinstance(value, list):
                 values[key] = tuple(value)
@@ -148,9 +148,7 @@ def load_site(path: Path) -> tuple[Site, str]:
     except ValueError as error:
         raise SiteError(f"{path}: {error}") from None
     place = Place(path_shown(path))
-    placed = (
-        content_value if content_value.place.file else replace(content_value, place=place) for content_value in problems
-    )
+    placed = (problem if problem.place.file else replace(problem, place=place) for problem in problems)
     raise SiteError("\n".join(map(str, placed)))
 
 

@@ -58,7 +58,8 @@ class Farm(ABC):
         dispatcher = dispatch.Dispatcher(self.size, ledger, self.give)
         self.advance = ledger.advance
 
-        def take_in(news: Sequence[News]) -> None:
+        def enter_news(news: Sequence[News]) -> None:
+            """Enter the tasks that ranks have ended or given back."""
             for rank, ended, returned in news:
                 if ended:
                     self._unsettled.add(rank)
@@ -73,13 +74,13 @@ class Farm(ABC):
             dispatcher.hand_out()
             # Tasks that wait behind one that takes much longer than expected go to other ranks.
             stranded = [(rank, (), self.take_back(rank)) for rank in dispatcher.find_stranded()]
-            take_in(stranded)
-            take_in(self.news())
+            enter_news(stranded)
+            enter_news(self.news())
         # What has begun is awaited and kept; what only waits is left to the next run.
         waiting = [(rank, (), self.take_back(rank)) for rank in range(self.size)]
-        take_in(waiting)
+        enter_news(waiting)
         while dispatcher.busy:
-            take_in(self.news())
+            enter_news(self.news())
         return ledger.tally(self.interruption.requested)
 
     def settle(self) -> None:
