@@ -754,9 +754,10 @@ def _count_finished(
     dataset: xr.Dataset, ending: str, unfinished: Sequence[str], cases: NDArray[Any] | None
 ) -> tuple[int, int]:
     """Number of finished cases or drives, and of all, among these cases; None: among all cases."""
-    among = xr.ones_like(dataset["case_id"], bool)
-    if cases is not None:
-        among = dataset["case_id"].isin(cases)
-    counted = ~dataset[ending].isin(unfinished) & among
-    everything = among & xr.ones_like(dataset[ending], bool)
-    return int(counted.sum()), int(everything.sum())
+    # Variables, not arrays: to compare the coordinates takes far longer.
+    labels, endings = dataset.variables["case_id"], dataset.variables[ending]
+    is_among = np.ones(labels.shape, bool) if cases is None else np.isin(labels.values, cases)
+    among = xr.Variable(labels.dims, is_among)
+    finished = xr.Variable(endings.dims, ~np.isin(endings.values, unfinished))
+    everything = among & xr.ones_like(finished)
+    return int((finished & among).sum()), int(everything.sum())

@@ -105,9 +105,11 @@ def si_factor(scales: Scales, measure: str, load: Any) -> Any:
     return factors[measure]
 
 
-def total_load(dataset: xr.Dataset, scales: Scales) -> xr.DataArray:
+def total_load(dataset: xr.Dataset, scales: Scales) -> xr.Variable:
     """W of all contacts of each case, in N."""
-    return dataset["normal_load"] * dataset.get("contacts", 1) * scales.force
+    # Variables, not arrays: to compare the coordinates takes far longer, and so does `get` of an array that is not there.
+    numbers = dataset.variables
+    return numbers["normal_load"] * numbers.get("contacts", 1) * scales.force
 
 
 def prefix_factor(values: Any, unit: str) -> tuple[float, str]:

@@ -32,7 +32,7 @@ LEAST_RECORD: Final = SPACINGS + 0.1
 
 def longer_record(case: xr.Dataset) -> str:
     """Advice to compute a case with a longer record, with the present length and the cost of the longer record."""
-    spans = float(case.get("record_spacings", math.nan))
+    spans = float(case.variables.get("record_spacings", math.nan))
     if not (math.isfinite(spans) and spans > 0.0):
         return "a longer record"
     longer = max(2.0 * spans, LEAST_RECORD)
@@ -65,15 +65,15 @@ def _start_errors(case: xr.Dataset, name: str, cost: str) -> list[Error]:
     # An error has no share of a number that is 0.
     value = abs(float(case[name])) or math.nan
     error = float(case[f"{name}{UNCERTAINTY}"])
-    shared = float(case.get(f"{name}{SHARED_ERROR}", 0.0))
+    shared = float(case.variables.get(f"{name}{SHARED_ERROR}", 0.0))
     starts = math.nan
     if math.isfinite(shared):
         # Independent parts add in squares: what the starts do not share is the rest of ±.
         starts = math.sqrt(max(error**2 - shared**2, 0.0))
-    all_members = case.get(variables.MEMBERS.name, math.nan)
-    members = float(case.get(f"{name}_members", all_members))
+    all_members = case.variables.get(variables.MEMBERS.name, math.nan)
+    members = float(case.variables.get(f"{name}_members", all_members))
     cure = f"[ensemble] members = {4.0 * members:g} halves this part{cost and f': {cost}'}"
-    mask = int(case.get(variables.VALIDITY.name, 0))
+    mask = int(case.variables.get(variables.VALIDITY.name, 0))
     short = Flag.short_record in decode_flags(mask)
     # A short record has too few events to show its own scatter.
     shared_share = math.nan if short and shared else shared / value
@@ -114,7 +114,7 @@ def error_lines(dataset: xr.Dataset, cost: str = "", most: int = 1, apart: Colle
 
 def _line(case: xr.Dataset, name: str, where: str, errors: list[Error]) -> str:
     value = float(case[name])
-    error = float(case.get(f"{name}{UNCERTAINTY}", math.nan))
+    error = float(case.variables.get(f"{name}{UNCERTAINTY}", math.nan))
     if math.isnan(value):
         return f"{name}{where}: not known"
     measured = [part for part in errors if math.isfinite(part.share)]

@@ -67,7 +67,7 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
 def _number_row(case: xr.Dataset, name: str, value: str) -> tuple[str, str, str]:
     """Name, value with its unit, and meaning of a number; in brackets its size in SI and what else it holds for."""
     meaning, unit = _meaning_and_unit(case[name])
-    size = _si_size(case, name, unit, case.get(f"{name}{UNCERTAINTY}"))
+    size = _si_size(case, name, unit, case.variables.get(f"{name}{UNCERTAINTY}"))
     in_si = size != "" and is_given_in_si(case)
     in_scales = f"{value} {unit}".rstrip()
     remarks = [in_scales if in_si else _si_size(case, name, unit)]
@@ -178,7 +178,7 @@ def _answer_number(case: xr.Dataset, name: str, value: str) -> str:
     If the campaign is given in SI, the size is all.
     """
     meaning, unit = _meaning_and_unit(case[name])
-    si = _si_size(case, name, unit, case.get(f"{name}{UNCERTAINTY}"))
+    si = _si_size(case, name, unit, case.variables.get(f"{name}{UNCERTAINTY}"))
     if not si:
         return f"{SHOWN[name]} {value}"
     return f"{meaning} {si}" if is_given_in_si(case) else f"{meaning} {si}, {SHOWN[name]} {value}"
@@ -187,7 +187,7 @@ def _answer_number(case: xr.Dataset, name: str, value: str) -> str:
 def with_meaning(case: xr.Dataset, name: str) -> str:
     """A number with its meaning, in SI if its dataset has scales: `F over the contact area 0.41 ± 0.01 MPa`."""
     meaning, unit = _meaning_and_unit(case[name])
-    si = _si_size(case, name, unit, case.get(f"{name}{UNCERTAINTY}"))
+    si = _si_size(case, name, unit, case.variables.get(f"{name}{UNCERTAINTY}"))
     return f"{meaning} {si or f'{format_scalar(case, name, 4)} {unit}'}"
 
 
@@ -234,14 +234,14 @@ def start_range(case: xr.Dataset, name: str) -> Iterator[str]:
         yield f"{count} {'start' if count == 1 else 'starts'}: {word}"
 
 
-def _si_size(case: xr.Dataset, name: str, unit: str, error: xr.DataArray | None = None) -> str:
+def _si_size(case: xr.Dataset, name: str, unit: str, error: xr.Variable | None = None) -> str:
     """Size in SI of a number in units of the scales, as `269.8 μm`, and perhaps its ±; empty without scales."""
     scales = read_scales(case.attrs)
     if scales is None or unit not in MEASURES:
         return ""
     # Numbers of a case with several pins are over the load of all of them.
     scale = float(si_factor(scales, unit, total_load(case, scales)))
-    size_error = None if error is None else error.item() * scale
+    size_error = None if error is None else float(error) * scale
     size = case[name].item() * scale
     return compact(size, as_written(MEASURES[unit]), size_error)
 

@@ -8,9 +8,6 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
-import jinja2
-from jinja2.sandbox import SandboxedEnvironment
-
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study import shipped
 from nanoslip.study.exit_codes import INTERRUPTED
@@ -212,6 +209,10 @@ def _memory_request(job: Job, site: Site) -> str:
 
 def _script(job: Job, site: Site, template: str, run: str, number: str = "%j", shell: str = '"$SLURM_JOB_ID"') -> str:
     """number: of the job, in the name of its log. shell: the same to the shell."""
+    # Imported here: plans and runs read settings and make no script.
+    import jinja2  # noqa: PLC0415
+    from jinja2.sandbox import SandboxedEnvironment  # noqa: PLC0415
+
     # In a sandbox, as a template may come from another user; strictly, as an empty word in a script
     # of shell may mean anything.
     environment = SandboxedEnvironment(undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True)

@@ -135,6 +135,52 @@ def test_a_file_holds_what_was_written(tmp_path, shape):
         root.close()
 
 
+def netcdf_content(path: Path) -> dict[str, object]:
+    """All that a file holds as the library of the format gives it, without any decoding."""
+    content: dict[str, object] = {}
+    with netCDF4.Dataset(path) as opened:
+        for group in (opened, *opened.groups.values()):
+            group.set_auto_maskandscale(False)
+            group.set_auto_chartostring(False)
+            content[group.path] = {name: group.getncattr(name) for name in group.ncattrs()}
+            for name, variable in group.variables.items():
+                attributes = {key: repr(variable.getncattr(key)) for key in variable.ncattrs()}
+                settings = (variable.filters(), variable.chunking(), attributes)
+                sizes = dict(zip(variable.dimensions, variable.shape, strict=True))
+                content[f"{group.path}/{name}"] = (variable.dtype, sizes, settings, variable[...].tobytes())
+    return content
+
+
+def xarray_settings(variable: xr.Variable, is_coordinate: bool) -> dict[str, object]:
+    """What xarray is to be told of a variable to write it as nanoslip does."""
+    settings: dict[str, object] = {}
+    if variable.size >= SMALLEST_COMPRESSED:
+        settings = {"zlib": True, "complevel": 1, "shuffle": True}
+    if variable.dtype.kind in "OUT":
+        settings["dtype"] = "S1"
+    elif is_coordinate and variable.dtype.kind == "f":
+        settings["_FillValue"] = None
+    return settings
+
+
+def empty_tree() -> xr.DataTree:
+    """A root without a case and a group without a run."""
+    root = xr.Dataset({"size": ("case", np.zeros(0))}, {"case": np.zeros(0), "rows": ("case", np.zeros(0, int))})
+    runs = xr.Dataset({"force": ("event", np.zeros(0))}, {"owner": ("record", np.zeros(0, int))})
+    return xr.DataTree.from_dict({"/": root, "runs": runs})
+
+
+@pytest.mark.parametrize("given", [tree((2, 2, 1)), tree((9, 8, 11)), empty_tree()], ids=["small", "large", "empty"])
+def test_a_file_is_the_one_that_xarray_itself_writes(tmp_path, given):
+    """Names, types, dimensions, attributes, compression and values, down to the order of coordinates in their lists."""
+    write_tree(given, tmp_path / "here.nc")
+    for place, group in xr.open_groups(tmp_path / "here.nc").items():
+        settings = {name: xarray_settings(value, name in group.coords) for name, value in group.variables.items()}
+        with group:
+            group.load().drop_encoding().to_netcdf(tmp_path / "there.nc", "a", group=place, encoding=settings)
+    assert netcdf_content(tmp_path / "here.nc") == netcdf_content(tmp_path / "there.nc")
+
+
 def grouped() -> xr.Dataset:
     """A root of two cases with one group."""
     root = xr.Dataset({"a": ("case", [1.0, 2.0])}, {"case": [0, 1], "case_id": ("case", ["x", "y"])})
