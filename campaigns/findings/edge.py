@@ -23,7 +23,15 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, exponent, series_style
+from nanoslip.study.figures.shared import (
+    CampaignFigure,
+    Claim,
+    Number,
+    column,
+    error_over_starts,
+    exponent,
+    series_style,
+)
 
 
 def closed_form(spacing: float, kinetic: float) -> float:
@@ -34,8 +42,8 @@ def closed_form(spacing: float, kinetic: float) -> float:
 
 
 def found(case: xr.Dataset) -> Number:
-    """Static excess of a slider, with its ±."""
-    return Number(float(case["static_excess"]), float(case["static_excess_uncertainty"]))
+    """Static excess of a slider, with its ± over sliders: records are of one length."""
+    return Number(float(case["static_excess"]), float(error_over_starts(case, "static_excess")))
 
 
 def predicted(case: xr.Dataset) -> float:

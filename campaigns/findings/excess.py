@@ -10,7 +10,17 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, Number, average, column, exponent, series_style
+from nanoslip.study.figures.shared import (
+    PAGE,
+    CampaignFigure,
+    Claim,
+    Number,
+    average,
+    column,
+    error_over_starts,
+    exponent,
+    series_style,
+)
 
 
 class Kind(NamedTuple):
@@ -35,7 +45,7 @@ class Kind(NamedTuple):
 
 
 class Excess(NamedTuple):
-    """Static excess and its ±, over the numbers of contacts."""
+    """Static excess of records of one length and its ± over sliders, over the numbers of contacts."""
 
     contacts: Any
     value: Any
@@ -61,8 +71,10 @@ def of_kinds(dataset: xr.Dataset) -> dict[Kind, Excess]:
     across = {int(n_x): round(2.0 * float(width.sel(n_x=n_x)) * (n_x - 1)) for n_x in width["n_x"].values.tolist()}
     for key in dict.fromkeys(keys):
         here = found.isel(case=[case for case, each in enumerate(keys) if each == key]).sortby("contacts")
-        excess = (here[name].values for name in ("contacts", "static_excess", "static_excess_uncertainty"))
-        kinds[Kind(key[0] == "half_space", across[key[1]], str(key[2]), float(key[3]), float(key[4]))] = Excess(*excess)
+        kind = Kind(key[0] == "half_space", across[key[1]], str(key[2]), float(key[3]), float(key[4]))
+        # A longer record of few contacts has higher peaks: what is compared here is of one length.
+        error = error_over_starts(here, "static_excess")
+        kinds[kind] = Excess(here["contacts"].values, here["static_excess"].values, error)
     return kinds
 
 

@@ -25,6 +25,7 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.ensemble import mean_of, student
 from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.solver.view import round_with_error
 from nanoslip.study.dataset.units import read_scales
 from nanoslip.study.figures.points import DrawnColumns, sort_values
@@ -80,6 +81,16 @@ def start_mean(values: Any) -> Number:
     """The mean of a number over starts, and its ±."""
     mean = mean_of(np.asarray(values, float))
     return Number(float(mean.mean), float(mean.uncertainty))
+
+
+def error_over_starts(cases: xr.Dataset, name: str) -> Floats:
+    """± of a number over starts alone: without what all of them share, as the length of their records.
+
+    For numbers that are compared with each other at one length.
+    """
+    whole, shared = cases[f"{name}_uncertainty"].values, cases[f"{name}{SHARED_ERROR}"].values
+    starts: Floats = np.sqrt(np.maximum(whole**2 - shared**2, 0.0))
+    return starts
 
 
 def average(numbers: Sequence[Number]) -> Number:
