@@ -398,6 +398,7 @@ def convert_to_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[s
         in_seconds["stage_velocity"] = _velocity_of_cycles(parameters)
     if key == "duration":
         return {name: None if name == "duration" and value == AUTO else value for name, value in in_seconds.items()}
+    # Stiffness and stage velocity alone decide how many seconds a period or a way takes.
     value = as_float(key, stated_length)
     motion: dict[str, Any] = {
         name: in_seconds[name] for name in ("spring_stiffness", "stage_velocity") if name in in_seconds

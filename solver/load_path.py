@@ -117,6 +117,7 @@ class LoadPath:
 
         cycles: number of them, if not all.
         """
+        # Legs stand alone: with them there is neither a way, nor a load, nor a cycle below.
         yield from ((displacement, load * normal_load) for displacement, load in self.legs)
         middle, load = self.slid * presliding_length if self.slid else 0.0, normal_load
         if self.slid:
@@ -124,6 +125,7 @@ class LoadPath:
         for load in (share * normal_load for share in self.visited_loads):
             yield middle, load
         if self.cyclic:
+            # A stroke is measured from turn to turn, an amplitude from the middle to a turn.
             reach = self.stroke / 2.0 or self.amplitude * presliding_length
             yield middle + reach, load
             for _ in range(self.cycles if cycles is None else cycles):

@@ -135,7 +135,7 @@ def run(
         if not farm.root:
             return None
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
-        show = partial(_is_progress_shown, progress)
+        show = partial(_observe_progress, progress)
         warn = partial(_warn, 5)
         journal = Journal(folder, "nanoslip.run")
         ended = compute_campaign(
@@ -199,7 +199,7 @@ def fit(
     with ExitStack() as stack:
         folder, farm = _computing(stack, out, jobs)
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
-        show, warn = partial(_is_progress_shown, progress), partial(_warn, 4)
+        show, warn = partial(_observe_progress, progress), partial(_warn, 4)
 
         def compute(plan: Plan) -> Store:
             journal = Journal(folder)
@@ -354,7 +354,7 @@ def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
     return ProcessFarm(agents)
 
 
-def _is_progress_shown(
+def _observe_progress(
     progress: bool | None, rest: Rest, ranks: int, measured: MeasuredTimes
 ) -> AbstractContextManager[Watch]:
     """Show progress if requested, or if standard error is a terminal."""

@@ -76,7 +76,7 @@ _TURNING: Final = {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"
 ONE_LINE: Final = "to be one line without control characters"
 
 
-def one_line(text: str) -> bool:
+def is_one_line(text: str) -> bool:
     """True if a text is without line breaks, control characters and marks of direction, which terminals obey."""
     return text.isprintable() or not any(  # the latter takes ten times as long, and only foreign spaces need it
         unicodedata.category(letter) in ("Cc", "Zl", "Zp") or unicodedata.bidirectional(letter) in _TURNING

@@ -105,6 +105,7 @@ def compile_contact(
     """
     window = window_around(case, followed, direction.pin_rate if slides else 0.0)
     state = _state(case, compliance, window, contact[window], displacement, first_node, direction)
+    # Inputs of the tableau: displacements of nodes in contact, no force on free ones, and the load.
     state.inputs[-1] = -(case.normal_load if load is None else load)
     nodes = len(state.x)
     state.inputs[:nodes] = np.where(state.contact, u[window], 0.0)

@@ -188,6 +188,7 @@ def state_from_forces(
 
     widths: of the surface that each node stands for, in L_x, (n,).
     """
+    # Where each node stands under the pin, as both have moved: its gap is the pin's height there over its own.
     xi = surface_from_pin(case, first_node) + u - displacement
     values = {
         "contact": contact,

@@ -356,15 +356,19 @@ def _join_legs(legs: Sequence[Leg], drive: Drive) -> tuple[Course, Floats]:
     stage = np.full(count + 1, math.nan)
     row, slips = 0, [np.empty((0, 5))]
     for leg in legs:
+        # In its own frame a leg begins at 0 and moves ahead: sign and origin lead back to the slab.
         rows = slice(row, row + len(leg.stage))
         samples[rows] = leg.sign * leg.run.samples
         samples[rows, 0] += leg.origin
         stage[rows] = leg.origin + leg.sign * leg.stage
+        # A turn is the last sample of one leg and the first of the next.
         row += len(leg.stage) - 1
+        # Rows as in `Course.slips`: times count from the begin of the drive, positions along the slab.
         leg_slips = leg.run.slips.copy()
         leg_slips[:, [0, 3]] += leg.begin
         leg_slips[:, [1, 4]] = leg.origin + leg.sign * leg_slips[:, [1, 4]]
         slips.append(leg_slips)
+    # In the second half of the time recorded, as `Course` has it.
     later = drive.spring_stiffness * (stage - samples[:, 0])[count // 2 : row + 1]
     course = Course(
         reached=math.fsum(leg.duration for leg in legs),

@@ -218,14 +218,17 @@ class _Slab:
     def eliminate_fields(self, inside: Indices) -> _Piece:
         """Eliminate the fields `inside`, sorted: first each side of a cut, then the cut. Raises SingularOperator."""
         cut, *sides = self._cut(inside)
+        # Neither side acts on the other but through the cut: each is eliminated as if it were alone.
         pieces = [self.eliminate_fields(side) for side in sides if len(side)]
         acting = [_entries(self.rows, cut)]
+        # Where the stiffness is not symmetric, fields that feel the cut are others than those that it feels.
         if not self.symmetric:
             acting.append(_entries(self.columns, cut))
         touched = [entries.columns for entries in acting]
         borders = [piece.border for piece in pieces]
         front = self._front(cut, inside, touched + borders)
         stiffness = _stiffness(acting, front)
+        # Beside its own entries the front has what each eliminated side left on its border (Schur complement).
         for piece in pieces:
             at = front.place[piece.border]
             stiffness[np.ix_(at, at)] += piece.left.stiffness
@@ -280,10 +283,10 @@ class _Slab:
         """Fields of the shorter cut, upright or level, through the middle; and those on either side."""
         if len(inside) <= SMALLEST_PART:
             return inside, inside[:0], inside[:0]
-        ways = [self._has_cut_fields(inside, self.places[inside, axis]) for axis in (0, 1)]
+        ways = [self._split_fields(inside, self.places[inside, axis]) for axis in (0, 1)]
         return min(ways, key=lambda way: len(way[0]))
 
-    def _has_cut_fields(self, inside: Indices, places: Dense) -> tuple[Indices, Indices, Indices]:
+    def _split_fields(self, inside: Indices, places: Dense) -> tuple[Indices, Indices, Indices]:
         """Cut all fields of the left (or lower) side that act on the other side; returns the cut and both sides."""
         # The median, not the middle: grids are finer near the surface, and halves are to be equally large.
         beyond = places >= np.partition(places, len(places) // 2)[len(places) // 2]

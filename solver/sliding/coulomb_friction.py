@@ -104,6 +104,7 @@ class CoulombRun:
             share_of_events = len(self.rows) / (case.max_events or math.inf)
             report_progress(max(solved.gone / (solved.gone + way_left), share_of_events))
             step, kind, node = coulomb.next_change(solved, rates)
+            # Rates hold until a role changes, and on a curved pin only so long: then they are computed anew.
             longest = min(self._longest(), way_left)
             self.dissipated += coulomb.advance(solved, min(step, longest), rates)
             before = float(solved.force[0].sum())

@@ -186,6 +186,7 @@ def compile_state(
         state = advance_grid(case, compliance, state, nodes)
         followed = _nodes_to_follow(case, state, whole)
     contact, u, displacement, first = state.contact, state.u, state.displacement, state.first_node
+    # Of nodes in contact alone: where free ones lie follows from the forces.
     height = make_pin(case).height(np.where(contact, surface_from_pin(case, first) + u - displacement, 0.0))
     place = (displacement, first, load, direction)
     return compile_contact(case, compliance, contact, u, height, followed, *place, slides=True)

@@ -188,10 +188,12 @@ def _leg(run: Run, start: ContactState, way: Way, load: float, case_load: float)
     """A run as a leg that ends at this load."""
     record, (pin_rate, load_rate, ahead) = run.record, way.direction
     columns = {item.name: getattr(record, item.name) for item in fields(record)}
+    # A leg is a record in its own direction: forces count against its motion, displacements from its turn.
     for name in _SIGNED:
         columns[name] = ahead * columns[name]
     for name in _PLACED:
         columns[name] = ahead * (columns[name] - start.displacement)
+    # While the pin rests and the load changes, no displacement is there to divide a force by.
     if not pin_rate:
         columns["stiffness"] = np.full_like(record.stiffness, math.nan)
     for column in columns.values():

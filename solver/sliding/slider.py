@@ -42,6 +42,7 @@ _COUNTED: Final = ("slips", "releases", "touches", "extent")
 def shares(case: Case, compliance: Compliance) -> Floats:
     """(N,) Load of each contact over their mean."""
     drawn, seen = chances(case), np.array(case.interface.measured_loads)
+    # A chance from 0 to 1 picks each of the measured loads as often as any other.
     if len(seen):
         loads = seen[(drawn * len(seen)).astype(np.int64)]
     elif case.interface.loads == "equal":
@@ -89,6 +90,7 @@ def portion(case: Case, compliance: Compliance, first: int, beyond: int, places:
     joined = _empty()
     try:
         loads = shares(case, compliance)
+        # All records end together, where the heaviest contact's does: it takes the longest way to slide.
         heaviest = int(loads.argmax())
         end = _end(interface_contact(case, heaviest, loads[heaviest], places), compliance)
     except SolverError as error:
@@ -105,6 +107,7 @@ def portion(case: Case, compliance: Compliance, first: int, beyond: int, places:
 
 def _end(case: Case, compliance: Compliance) -> float:
     """δ_p at which the records of all contacts end: the limit of this one."""
+    # One event is enough to know the stiffness, in which limits in presliding lengths are given.
     begun = slide(replace(case, max_events=1), compliance)
     end = farthest(case, begun.presliding_length)
     if not begun.outcome.ok:
@@ -140,6 +143,7 @@ def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
     # A record may end a rounding before the common end.
     force = record_teeth.force(np.minimum(edges, record_teeth.edges[-1]))
     force[-1] = record.final_force
+    # The piece of the way in which each event lies; an event at the very end belongs to the last.
     piece = edges.searchsorted(record.displacement, side="right") - 1
     piece = np.clip(piece, 0, PIECES - 1)
     # Between events force is straight: it is highest at an end of a piece or at an event within.

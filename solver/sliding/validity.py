@@ -248,6 +248,7 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     travel = _travel(case, record.final_displacement - start.displacement)
     half_width = contact_half_width(start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
+    # A pin that moves on meets new nodes, and leaves others: a record without either shows one place of the surface.
     has_changed = record.touches.any() or record.releases.any()
     same = not has_changed and record.spacing < math.inf
     short = same and RUN_IN < record.presliding_lengths < math.inf
@@ -335,6 +336,7 @@ def _decide_flags(case: Case, seen: _Seen, expected: float) -> Flags:
     several = Row.FEWEST / 2 * case.slab.spacing  # of fewer nodes the one flag says enough
     scheme, layout = case.slab.scheme, case.slab.layout
     place = _place(case, seen)
+    # The mean pressure is a strain, in units of G.
     pressed = case.normal_load > LARGEST_PRESSURE * layout.contact_area(narrowest)
     strained = pressed or case.slip_rule.strength > LARGEST_PRESSURE
     # The slope of the pin itself, at the contact's edge, is half-width over radius.
@@ -400,6 +402,7 @@ def _creates_energy(
     # F is straight from event to event: the trapezoidal rule is exact.
     work = float(np.abs(before + record.force_before) @ steps) / 2.0
     farthest = float(np.abs(end.u[end.contact]).max(initial=0.0))
+    # Whatever the load displaces or the pin carries is known to a rounding of its own, event by event.
     heights = case.normal_load + abs(end.approach) + abs(end.displacement) + farthest
     rounding = sys.float_info.epsilon * case.normal_load * heights * len(record.dissipated)
     return bool(created > CREATED * (lost + work + abs(load_work)) + rounding)

@@ -32,18 +32,18 @@ class Verdict(IntEnum):
 def same_bits(one: NDArray[Any], other: NDArray[Any]) -> Any:
     """Compare the bits of two arrays of equal shape, element by element. All NaN are equal, but -0.0 is not 0.0."""
     # Texts and whole numbers have no NaN and no negative zero.
-    if not (real(one) and real(other)):
+    if not (is_real(one) and is_real(other)):
         return one == other
     equal = (one == other) & (np.signbit(one) == np.signbit(other))
     return equal | (np.isnan(one) & np.isnan(other))
 
 
-def identical(one: NDArray[Any], other: NDArray[Any]) -> bool:
+def are_identical(one: NDArray[Any], other: NDArray[Any]) -> bool:
     """True if two arrays have the same shape and the same bits."""
     return one.shape == other.shape and bool(np.all(same_bits(one, other)))
 
 
-def real(values: NDArray[Any] | xr.Variable) -> bool:
+def is_real(values: NDArray[Any] | xr.Variable) -> bool:
     """True if values are floats."""
     return bool(np.issubdtype(values.dtype, np.floating))
 
@@ -99,7 +99,7 @@ def find_verdict(
         may differ.
     rounding: difference over the scale that rounding may cause.
     """
-    if identical(one, other):
+    if are_identical(one, other):
         return Verdict.IDENTICAL, 0.0
     apart = deviations(one, other, (scale, 0.0))
     size, beyond = float(np.max(apart)), apart > rounding
@@ -148,9 +148,9 @@ def compare_values(
     """
     if kept.shape != again.shape:
         return odd(name, f"{_size(kept)} kept, {_size(again)} recomputed")
-    if identical(kept, again):
+    if are_identical(kept, again):
         return Difference(name, Verdict.IDENTICAL, 0.0)
-    if real(kept) and real(again):
+    if is_real(kept) and is_real(again):
         largest = magnitude(again) if scale is None else scale
         verdict, size = find_verdict(kept, again, largest, rounding=rounding)
         if np.isfinite(size):
@@ -212,7 +212,7 @@ class Runs:
         group, declared = self._both[1], self.group.columns
         variables_of_run = group.variables
         present = [name for name in names if name in variables_of_run]
-        floats = [name for name in present if real(variables_of_run[name])]
+        floats = [name for name in present if is_real(variables_of_run[name])]
         within = {dim: run}
         sizes = {name: magnitude(variables_of_run[name].isel(within).values) for name in floats}
         units = {name: name for name in sizes}

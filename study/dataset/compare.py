@@ -13,7 +13,7 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.agreement import Runs, Verdict, deviations, find_verdict, identical, magnitude, worst
+from nanoslip.study.dataset.agreement import Runs, Verdict, are_identical, deviations, find_verdict, magnitude, worst
 from nanoslip.study.dataset.file import read_groups
 from nanoslip.study.dataset.table import CaseRows, case_rows
 from nanoslip.study.manifest.parameters import FILE_KEYS, TABLES, Value, table_words
@@ -97,7 +97,7 @@ def values(root: xr.Dataset, name: str) -> list[Value]:
     if name not in root.coords:
         return []
     stored = root[name].values.ravel().tolist()
-    return list(dict.fromkeys(value for value in stored if not _missing(value)))
+    return list(dict.fromkeys(value for value in stored if not _is_missing(value)))
 
 
 def _places(rows: CaseRows, names: Sequence[str]) -> dict[_Key, int]:
@@ -107,7 +107,7 @@ def _places(rows: CaseRows, names: Sequence[str]) -> dict[_Key, int]:
     keys: list[_Key] = []
     for row in range(len(rows)):
         pairs = [(name, column[row]) for name, column in columns.items()]
-        stated = [pair for pair in pairs if not _missing(pair[1])]
+        stated = [pair for pair in pairs if not _is_missing(pair[1])]
         keys.append(tuple(stated))
     places = {key: place for place, key in enumerate(keys)}
     # Two rows of one key would both be compared with the last of the other dataset.
@@ -116,8 +116,8 @@ def _places(rows: CaseRows, names: Sequence[str]) -> dict[_Key, int]:
     return places
 
 
-def _missing(value: object) -> bool:
-    return value is None or value == "" or value != value  # noqa: PLR0124  only NaN is not itself
+def _is_missing(value: object) -> bool:
+    return value is None or value == "" or value != value  # noqa: PLR0124  NaN alone differs from itself
 
 
 # Agreement of the numbers of shared cases: the same bits, within their uncertainties, or beyond them.
@@ -158,7 +158,7 @@ def uncertain_numbers(matched: Matched) -> Iterator[Observed]:
             continue
         # Rounding is relative to the variable in all cases: a number near zero is a difference of larger ones.
         scale = 0.0
-        if _number(matched, name):
+        if _is_numeric(matched, name):
             scale = max(magnitude(root[name].values) for root in matched.roots)
         pairs = _paired_values(matched, name)
         errors = _paired_values(matched, f"{name}_uncertainty")
@@ -172,7 +172,7 @@ def list_unjudged(matched: Matched) -> tuple[list[str], list[str]]:
     """Numbers without uncertainty: numbers that differ in any shared case, and all others."""
     names = [name for name in _names(matched) if not _can_judge(matched, name)]
     one, other = matched.both
-    same = [name for name in names if identical(one.values(name), other.values(name))]
+    same = [name for name in names if are_identical(one.values(name), other.values(name))]
     return [name for name in names if name not in same], same
 
 
@@ -192,12 +192,12 @@ def _names(matched: Matched) -> list[str]:
 
 
 def _can_judge(matched: Matched, name: str) -> bool:
-    if not _number(matched, name):
+    if not _is_numeric(matched, name):
         return True
     return all(f"{name}_uncertainty" in root for root in matched.roots)
 
 
-def _number(matched: Matched, name: str) -> bool:
+def _is_numeric(matched: Matched, name: str) -> bool:
     return matched.roots[0][name].dtype.kind in _NUMBERS
 
 
@@ -222,7 +222,7 @@ def _column(rows: CaseRows, name: str) -> list[Any]:
 
 def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[float, float], scale: float) -> Judged:
     here, other_values = (np.array(value) for value in both)
-    if identical(here, other_values):
+    if are_identical(here, other_values):
         return Verdict.IDENTICAL, 0.0
     # Words, and a number that one of the datasets lacks, have no distance.
     difference = math.nan

@@ -21,7 +21,7 @@ from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.origin import Origin
 from nanoslip.study.tasks.kind import KINDS
-from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line
+from nanoslip.study.toml_text import ONE_LINE, from_toml, is_one_line
 
 _MOST: Final = 60
 """Letters of a name in a message."""
@@ -70,7 +70,7 @@ def _attribute_needs(name: str, value: object) -> Iterator[str]:
         except ValueError as error:
             yield f"{name}: {error}"
     elif isinstance(value, str):
-        if not one_line(value):
+        if not is_one_line(value):
             yield f"{name}: needs {ONE_LINE}"
     elif name in _IN_WORDS:
         yield f"{name}: needs a text"
@@ -103,7 +103,7 @@ _ENDINGS: Final = [ending.name for ending, *_ in variables.OUTCOMES.values()]
 def _variable_needs(name: str, variable: xr.Variable) -> Iterator[str]:
     """Requirements that a variable violates: on its attributes, type and texts."""
     for key, value in variable.attrs.items():
-        if isinstance(value, str) and not one_line(value):
+        if isinstance(value, str) and not is_one_line(value):
             yield f"{printable(str(key), _MOST)}: needs {ONE_LINE}"
         elif key in _OF_VARIABLES and not isinstance(value, str):
             yield f"{key}: needs a text"
@@ -170,7 +170,7 @@ def _text_needs(values: NDArray[Any]) -> Iterator[str]:
     different = set(values.ravel().tolist())
     if not all(isinstance(text, str) for text in different):
         yield "needs texts"
-    elif not all(map(one_line, different)):
+    elif not all(map(is_one_line, different)):
         yield f"needs each text {ONE_LINE}"
 
 

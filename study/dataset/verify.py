@@ -18,12 +18,12 @@ from nanoslip.study.dataset.agreement import (
     Difference,
     Runs,
     Verdict,
+    are_identical,
     compare_values,
     find_verdict,
-    identical,
+    is_real,
     magnitude,
     odd,
-    real,
     worst,
 )
 from nanoslip.study.dataset.collect import Layout, case_layout, collect
@@ -221,7 +221,7 @@ class Recomputed:
         self._sizes: dict[str, float] = {}
         for name in self._names:
             column = again[name].values
-            if real(column):
+            if is_real(column):
                 self._sizes[name] = magnitude(column)
 
     @property
@@ -231,7 +231,7 @@ class Recomputed:
         if any(self._found[name].dims != self._again[name].dims for name in both):
             return False
         ids = self._found["case_id"].values
-        return identical(ids, self._again["case_id"].values)
+        return are_identical(ids, self._again["case_id"].values)
 
     def shared(self) -> list[Difference]:
         """Compare each attribute, coordinate and variable that belongs to no single case; identical ones are listed,
@@ -314,12 +314,12 @@ class Recomputed:
         if difference.verdict is not Verdict.DIFFERENT:
             return difference
         cause = _CAUSE_OF.get(name)
-        if cause and (not self._same_software or _alike(kept[cause], now[cause])):
+        if cause and (not self._same_software or _has_same_values(kept[cause], now[cause])):
             # Messages may differ in words or in values alone.
             return replace(difference, verdict=Verdict.WITHIN)
         if self._same_bits or not _is_of_chains(name):
             return difference
-        if not real(both[1]):
+        if not is_real(both[1]):
             return replace(difference, verdict=Verdict.NOT_JUDGED)
         error = f"{name}_uncertainty"
         errors = (kept[error].values, now[error].values) if error in kept else UNKNOWN
@@ -335,10 +335,10 @@ class Recomputed:
         return max(*sizes, of_the_load)
 
 
-def _alike(kept: xr.Variable, again: xr.Variable) -> bool:
+def _has_same_values(kept: xr.Variable, again: xr.Variable) -> bool:
     """True if both have the same causes, whose messages differ in values alone."""
     are_stated = bool(np.all(again.values != ""))
-    return are_stated and identical(kept.values, again.values)
+    return are_stated and are_identical(kept.values, again.values)
 
 
 _STIFFNESSES: Final = ("surface_stiffness", "path_stiffness")

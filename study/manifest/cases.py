@@ -218,6 +218,7 @@ def make_campaign(texts: Mapping[str, str], contact: bool = False, drive: bool =
     for table, keys in tables().items():
         places |= dict.fromkeys(keys, table)
     values = {key: number_or_text(text) for key, text in texts.items()}
+    # All that is wrong at once, not the first mistake alone.
     problems = []
     for key, value in values.items():
         remark = _advice(key, places, contact)

@@ -41,7 +41,7 @@ from nanoslip.study.manifest.problems import (
 )
 from nanoslip.study.manifest.surface import NamedSurface, read_surface
 from nanoslip.study.measured.columns import FileColumn, decode_text, read_cells, read_columns, unit_factor
-from nanoslip.study.toml_text import ONE_LINE, one_line, quote_toml
+from nanoslip.study.toml_text import ONE_LINE, is_one_line, quote_toml
 
 
 class Given(NamedTuple):
@@ -79,7 +79,7 @@ def read_text(path: Path, content: str | None = None, decode: Callable[[bytes], 
     """The text of a file, UTF-8 by default, or `content`, the file's text. Raises ManifestError if it cannot be read."""
     if content is not None:
         return content
-    if not one_line(str(path)):
+    if not is_one_line(str(path)):
         raise ManifestError.in_file(path, remark="name of a file", need=ONE_LINE)
     try:
         # A device or a pipe may never end.

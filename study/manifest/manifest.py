@@ -27,7 +27,7 @@ from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, InvalidInput, Ou
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, declared, parameter, require, validate
 from nanoslip.study.manifest.observables import REFERENCE, Observable, require_references
 from nanoslip.study.manifest.parameters import OTHER_TABLES, YOUNG, Value, as_written, field_names, span
-from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, quote_toml
+from nanoslip.study.toml_text import ONE_LINE, from_toml, is_one_line, quote_toml
 
 # Who made a campaign and how others may use it: the table [about], for attributes of the dataset. It decides no result.
 
@@ -68,7 +68,7 @@ class About:
 
 
 def _is_line(value: Any) -> bool:
-    return isinstance(value, str) and bool(value.strip()) and one_line(value)
+    return isinstance(value, str) and bool(value.strip()) and is_one_line(value)
 
 
 # The drives of a campaign, which are given in SI, and their conversion to the solver's units.
@@ -100,7 +100,7 @@ class NamedDrive:
     def __post_init__(self) -> None:
         is_name = isinstance(self.name, str) and bool(self.name.strip())
         require("name", self.name, is_name, "a name")
-        require("name", self.name, one_line(self.name), ONE_LINE)
+        require("name", self.name, is_one_line(self.name), ONE_LINE)
         require("name", self.name, len(self.name) <= LONGEST_MESSAGE, f"at most {LONGEST_MESSAGE} characters")
         validate(self)
 
@@ -266,7 +266,7 @@ class Outputs:
     def __post_init__(self) -> None:
         validate(self)
         events, need = self.tractions_at, declared(Outputs)["tractions_at"].need
-        require("tractions_at", events, _increasing(events), need)
+        require("tractions_at", events, _is_increasing(events), need)
         # TOML has lists; a frozen value needs tuples, to be hashed and compared.
         object.__setattr__(self, "tractions_at", tuple(events))
         if self.observables != ():
@@ -456,7 +456,7 @@ class Manifest:
         return values
 
 
-def _increasing(value: Any) -> bool:
+def _is_increasing(value: Any) -> bool:
     """True for a list of increasing whole numbers from 0 to the most events of a record."""
     if not isinstance(value, list | tuple) or not all(map(_is_whole, value)):
         return False

@@ -88,7 +88,7 @@ from nanoslip.study.manifest.parameters import (
     words_by_name,
 )
 from nanoslip.study.manifest.problems import ManifestError, key_shown, unknown
-from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, quote_toml
+from nanoslip.study.toml_text import ONE_LINE, from_toml, is_one_line, quote_toml
 
 # The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes].
 
@@ -417,7 +417,7 @@ def _need_of_title(title: str) -> str:
     """Allowed titles; empty for a valid title."""
     if len(title) > LONGEST_MESSAGE:
         return f"at most {LONGEST_MESSAGE} characters"
-    return "" if one_line(title) else ONE_LINE
+    return "" if is_one_line(title) else ONE_LINE
 
 
 class _Reader(NamedFiles):

@@ -12,7 +12,7 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.sliding.sizes import rank_correlation, size_distribution
 from nanoslip.study.measured.columns import rows_as_csv
 from nanoslip.study.measured.means import Measured, mean_with_error
-from nanoslip.study.measured.recording import NOISE, Trace, two_way
+from nanoslip.study.measured.recording import NOISE, Trace, is_two_way
 from nanoslip.study.measured.slips import (
     FASTER_THAN_PULL,
     Averaged,
@@ -57,7 +57,7 @@ def find_events(trace: Trace) -> TraceEvents:
 
 def _pulls(trace: Trace) -> Iterator[Trace]:
     """The trace, or its strokes of both signs with a force above zero."""
-    if not two_way(trace.force):
+    if not is_two_way(trace.force):
         yield trace
         return
     middle, strokes = cut_at_middle(trace.force)

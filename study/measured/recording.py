@@ -200,7 +200,7 @@ def read_trace(path: Path, text: str, options: TraceOptions = TraceOptions()) ->
     measured = values[columns.force]
     # Some cells count the other way.
     sign = 1.0
-    if not two_way(measured):
+    if not is_two_way(measured):
         sign = math.copysign(1.0, float(measured.mean()))
     load = position = None
     if columns.load is not None:
@@ -472,7 +472,7 @@ LEAST_DROP: Final = 0.1
 """Share of the largest drop of force, below which a drop is no slip but ringing of the pin, or noise."""
 
 
-def two_way(force: Floats) -> bool:
+def is_two_way(force: Floats) -> bool:
     """True if the force has both signs, each as the median of its half of the range, the smaller above a tenth of the larger.
 
     Noise alone is no stroke.

@@ -28,7 +28,7 @@ from nanoslip.study.measured.means import (
     steady_mean,
 )
 from nanoslip.study.measured.over_load import friction_over_load, has_changing_load
-from nanoslip.study.measured.recording import FEWEST_POINTS, NOISE, Limits, Trace, limits, two_way
+from nanoslip.study.measured.recording import FEWEST_POINTS, NOISE, Limits, Trace, is_two_way, limits
 from nanoslip.study.measured.slips import (
     Averaged,
     Stroke,
@@ -126,15 +126,17 @@ def measure_trace(
     if trace.unit == "Pa":
         need = "the column of the normal stress, whose ratio is the friction coefficient; or times the area of contact, as N"
         raise InvalidInput(f"force = a shear stress: needs {need}")
+    # Under a load that rises, friction is the slope of force over load: an adhesive contact has an intercept, too.
     if trace.unit == "N" and math.isnan(load) and trace.load is not None and has_changing_load(trace.load):
         return _load_line_numbers(trace, trace.load)
+    # With a known load all that follows is over it, as computed numbers are; else forces stay in their unit.
     has_load = math.isfinite(load)
     per = load if trace.unit == "N" and has_load else 1.0
     newtons = load if has_load else 1.0
     unit = "1" if has_load else trace.unit
     pull = _Pull(unit, newtons, load, velocity, damping, rig)
     trace = replace(trace, force=trace.force / per)
-    if two_way(trace.force):
+    if is_two_way(trace.force):
         return _stroke_numbers(trace, pull)
     return _pull_numbers(trace, pull)
 
@@ -144,7 +146,7 @@ def _load_line_numbers(trace: Trace, load: Floats) -> TraceNumbers:
     loads = np.abs(load)
     low = float(loads.min())
     high = float(loads.max())
-    if two_way(trace.force):
+    if is_two_way(trace.force):
         raise InvalidInput(
             f"normal load = {low:.4g} to {high:.4g} N: needs one load for strokes of both signs; --from, --to"
         )

@@ -18,7 +18,7 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.segment import Segment
 from rich.text import Text
 
-from nanoslip.study.toml_text import one_line
+from nanoslip.study.toml_text import is_one_line
 
 if TYPE_CHECKING:
     from rich.status import Status
@@ -257,7 +257,7 @@ def _is_plain(letter: str) -> bool:
     """True if a terminal shows a letter and does not obey it, and for a line break."""
     if letter.isprintable() or letter == "\n":
         return True
-    return one_line(letter) and unicodedata.category(letter) != "Cs"
+    return is_one_line(letter) and unicodedata.category(letter) != "Cs"
 
 
 def console(stderr: bool = False, unlimited: int = WIDE) -> Console:

@@ -98,7 +98,7 @@ def pack_result(result: TaskResult) -> bytes:
     arrays = {name: np.asanyarray(array) for name, array in result.arrays.items()}
     if any(array.dtype.hasobject for array in arrays.values()):
         raise ValueError(f"{result.key}: an array of objects; needs numbers or texts")
-    rows = [(name, array.dtype.str, array.shape, _fortran(array)) for name, array in arrays.items()]
+    rows = [(name, array.dtype.str, array.shape, _is_fortran_order(array)) for name, array in arrays.items()]
     members = [astuple(member) for member in result.members]
     content = {"scalars": dict(result.scalars), "arrays": rows, "members": members}
     table = _pad(_json(content), b" ")
@@ -214,7 +214,7 @@ def _meta(text: bytes) -> Meta:
     return Meta(head_facts["kind"], outcome, from_data(head_facts["origins"]))
 
 
-def _fortran(array: NDArray[Any]) -> bool:
+def _is_fortran_order(array: NDArray[Any]) -> bool:
     """True if an array is contiguous by columns, not rows: BLAS may round its sums differently."""
     return array.flags.f_contiguous and not array.flags.c_contiguous
 

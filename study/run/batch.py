@@ -14,7 +14,7 @@ from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.manifest.checker import read_text
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem, path_shown
 from nanoslip.study.run.launch import WARNING
-from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, quote_toml
+from nanoslip.study.toml_text import ONE_LINE, from_toml, is_one_line, quote_toml
 
 TEMPLATE = "job.sh.j2"
 PLANNED: Final = "plan"
@@ -83,7 +83,7 @@ def _need(name: str, value: Any, kind: type) -> str:
     least = 0 if name in ("restarts", "deaths") else 1
     if kind is int:
         return f"at least {least}" if value < least else ""
-    if not all(map(one_line, items)):
+    if not all(map(is_one_line, items)):
         return ONE_LINE
     has_form, need = _FORMS.get(name, (lambda _: True, ""))
     return "" if has_form(value) else need
@@ -167,7 +167,7 @@ class Job:
     def __post_init__(self) -> None:
         for path in (self.campaign, self.out):
             # Each path is part of lines that sbatch and the shell read.
-            if not one_line(str(path)):
+            if not is_one_line(str(path)):
                 raise SiteError(f"{path_shown(path)}: needs {ONE_LINE}")
             if "\\" in str(path):
                 raise SiteError(f"{path_shown(path)}: needs to be without backslashes, which sbatch takes out of names")

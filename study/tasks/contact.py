@@ -28,9 +28,9 @@ from nanoslip.study.tasks.kind import (
     Wanted,
     event_field,
     has_planes,
+    has_several_members,
     member_task,
     output,
-    several,
 )
 from nanoslip.study.tasks.miniature import small_case
 from nanoslip.study.tasks.task import Inputs, Task, contact_parameters, task_case
@@ -106,7 +106,10 @@ KIND: Final = Kind(
     ragged=(
         Ragged("contact", "contact_node", "contact_row_size", output("tractions")),
         Ragged(
-            "ensemble", MEMBER, "member_row_size", lambda manifest: several(manifest) and "slip" not in manifest.stages
+            "ensemble",
+            MEMBER,
+            "member_row_size",
+            lambda manifest: has_several_members(manifest) and "slip" not in manifest.stages,
         ),
     ),
 )

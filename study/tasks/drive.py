@@ -32,11 +32,11 @@ from nanoslip.study.tasks.kind import (
     Part,
     Ragged,
     Wanted,
+    has_several_members,
     has_target,
     list_marks,
     output,
     own_ensemble,
-    several,
 )
 from nanoslip.study.tasks.miniature import NUMBERS, SMALL, compiling_shape
 from nanoslip.study.tasks.record import Recorded, compute_record, member_records, record_task
@@ -345,7 +345,7 @@ KIND: Final = Kind(
         Ragged("trajectory", "sample", "trajectory_row_size", output("trajectory")),
         Ragged("trajectory", "slip_phase", "phase_row_size", output("phases")),
         Ragged("trajectory", "stage_leg", "stage_leg_row_size", _has_legs),
-        Ragged("drive_ensemble", MEMBER, "drive_member_row_size", several),
+        Ragged("drive_ensemble", MEMBER, "drive_member_row_size", has_several_members),
     ),
     driven=True,
 )

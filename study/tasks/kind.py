@@ -241,7 +241,7 @@ def has_target(manifest: Manifest) -> bool:
     return manifest.ensemble.within is not None
 
 
-def several(manifest: Manifest) -> bool:
+def has_several_members(manifest: Manifest) -> bool:
     """True if cases have members whose values a dataset holds beside their means."""
     return manifest.ensemble.members > 1
 

@@ -27,9 +27,9 @@ from nanoslip.study.tasks.kind import (
     Part,
     Ragged,
     Wanted,
+    has_several_members,
     member_task,
     output,
-    several,
 )
 from nanoslip.study.tasks.record import small_record
 from nanoslip.study.tasks.task import Inputs, Task, path_parameters, task_case
@@ -99,6 +99,6 @@ KIND: Final = Kind(
     ragged=(
         Ragged("path", "turn", "turn_row_size", output("records")),
         Ragged("path", "path_point", "path_row_size", output("records")),
-        Ragged("path_ensemble", MEMBER, "path_member_row_size", several),
+        Ragged("path_ensemble", MEMBER, "path_member_row_size", has_several_members),
     ),
 )

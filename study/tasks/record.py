@@ -35,11 +35,11 @@ from nanoslip.study.tasks.kind import (
     Ragged,
     Wanted,
     has_planes,
+    has_several_members,
     has_target,
     member_task,
     output,
     own_ensemble,
-    several,
 )
 from nanoslip.study.tasks.miniature import small_case
 from nanoslip.study.tasks.task import Inputs, Task, TaskResult, record_parameters, task_case
@@ -232,7 +232,7 @@ KIND: Final = Kind(
     ragged=(
         Ragged("record", "event", "row_size", output("records")),
         Ragged("record", "record_node", "record_node_row_size", output("records")),
-        Ragged("ensemble", MEMBER, "member_row_size", several),
+        Ragged("ensemble", MEMBER, "member_row_size", has_several_members),
     ),
     all_members=True,
 )

@@ -55,6 +55,7 @@ def make_graded_hierarchy(
     """
     coarsest = round(math.log2((n_x - 1) // (coarsest_row - 1)))
     bottom = round(math.log2((n_x - 1) // (bottom_row - 1)))
+    # The coarsest level that leaves some height between head and tail, where the middle's rows are.
     for level in range(coarsest, -1, -1):
         ends = _Ends(n_x, rows_per_level, level, bottom)
         if ends.remaining_height(aspect_ratio) >= ends.spacing / 2:

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.solver.view import ROUNDING
-from nanoslip.study.dataset.agreement import Verdict, compare_values, find_verdict, identical
+from nanoslip.study.dataset.agreement import Verdict, are_identical, compare_values, find_verdict
 from nanoslip.study.dataset.compare import (
     Matched,
     NotComparableError,
@@ -23,8 +23,8 @@ VALUES = np.array([1.0, -2.0, NAN, np.inf, 0.0])
 
 def test_equal_values_have_the_same_bits_and_nan_is_nan():
     assert compare_values("x", VALUES, VALUES.copy()).verdict is Verdict.IDENTICAL
-    assert identical(np.array(-np.nan), np.array(np.nan))
-    assert identical(np.array(["a"], object), np.array(["a"], object))
+    assert are_identical(np.array(-np.nan), np.array(np.nan))
+    assert are_identical(np.array(["a"], object), np.array(["a"], object))
     assert compare_values("none", np.array([]), np.array([])).verdict is Verdict.IDENTICAL
 
 

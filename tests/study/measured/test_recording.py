@@ -13,7 +13,7 @@ from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.measured.columns import decode_text, read_columns
 from nanoslip.study.measured.means import REJECTED, VALUE_BATCHES, has_correlation, independent
-from nanoslip.study.measured.recording import Trace, TraceOptions, limits, outliers, read_trace, two_way
+from nanoslip.study.measured.recording import Trace, TraceOptions, is_two_way, limits, outliers, read_trace
 from nanoslip.study.measured.trace import TraceNumbers, measure_trace
 from tests.conftest import Main
 
@@ -220,8 +220,8 @@ def test_forces_of_both_signs_are_strokes() -> None:
     slips = measure_trace(Trace(0.01 * np.arange(len(there_and_back)), there_and_back + 1.0, "time")).numbers
     assert slips["static_friction"].value == pytest.approx(STATIC, rel=5e-3)
     assert slips["force_offset"].value == pytest.approx(1.0, abs=0.1)
-    assert not two_way(FORCE)
-    assert not two_way(np.random.default_rng(3).standard_normal(1000))
+    assert not is_two_way(FORCE)
+    assert not is_two_way(np.random.default_rng(3).standard_normal(1000))
 
 
 @pytest.mark.parametrize("level", [0.0, 25.0])
