@@ -30,10 +30,10 @@ from nanoslip.study.inference.fit import MOST_COMPUTED, Fit, Target
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import read_text
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.observables import KEY, Observable, stage_need
-from nanoslip.study.manifest.parameters import BETWEEN
+from nanoslip.study.manifest.observables import KEY, Observable, source_files, stage_need
+from nanoslip.study.manifest.parameters import BETWEEN, SMOOTH, file_parameters
 from nanoslip.study.manifest.problems import ManifestError
-from nanoslip.study.manifest.reader import files_in_campaign, load_manifest, parse_manifest
+from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report.console import console
@@ -334,7 +334,7 @@ def read_campaign(campaign: Campaign) -> Manifest:
     except TypeError as error:
         raise ManifestError.in_file(DICT, remark=str(error)) from None
     beside = {}
-    for key, names in files_in_campaign(content).items():
+    for key, names in _find_files(content).items():
         if key not in frames:
             texts = [read_text(Path(name)) for name in names]
             beside[key] = BETWEEN.join(texts)
@@ -352,6 +352,31 @@ def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
         stack.callback(agent.close)
         agent.adopt(here())
     return ProcessFarm(agents)
+
+
+def _find_files(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
+    """The files that the content of a campaign names, by the keys that name them; of an axis several."""
+    # A dict of Python may hold any type anywhere: nothing is checked yet, and what is no name is refused later on.
+    candidates: dict[str, list[Any]] = {"table": [campaign.get("table")]}
+    for word, stated in file_parameters().items():
+        tables = (campaign.get(table) for table in (stated.table, "axes"))
+        values = [table[word] for table in tables if isinstance(table, Mapping) and word in table]
+        if values and isinstance(values[0], list):
+            values = values[0]
+        candidates[word] = [_file_name(value) for value in values]
+    files = {}
+    for key, names in candidates.items():
+        files[key] = [str(name) for name in names if isinstance(name, str | os.PathLike)]
+    files["roughness"] = [name for name in files["roughness"] if name != SMOOTH]
+    outputs = campaign.get("outputs")
+    if isinstance(outputs, Mapping):
+        files[KEY] = source_files(outputs.get(KEY))
+    return {key: names for key, names in files.items() if names}
+
+
+def _file_name(value: Any) -> Any:
+    """The file of a value that names one, as text or as a table with more about it."""
+    return value.get("file") if isinstance(value, Mapping) else value
 
 
 def _observe_progress(

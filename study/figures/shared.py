@@ -84,7 +84,7 @@ def start_mean(values: Any) -> Number:
 
 
 def error_over_starts(cases: xr.Dataset, name: str) -> Floats:
-    """± of a number over starts alone: without what all of them share, as the length of their records.
+    """Error of a number over starts alone: without what all of them share, as the length of their records.
 
     For numbers that are compared with each other at one length.
     """

@@ -9,7 +9,6 @@ import itertools
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import fields
-from os import PathLike
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -67,17 +66,14 @@ from nanoslip.study.manifest.manifest import (
 from nanoslip.study.manifest.observables import (
     KEY,
     Observable,
-    source_files,
     stage_need,
 )
 from nanoslip.study.manifest.parameters import (
     FILE_KEYS,
-    SMOOTH,
     TABLES,
     YOUNG,
     Value,
     axes,
-    file_parameters,
     has_unit,
     largest_half_width,
     make_case,
@@ -314,31 +310,6 @@ def manifest_hash(text: str, files: Mapping[str, str]) -> str:
     return hashlib.sha256(joined.encode()).hexdigest()
 
 
-def files_in_campaign(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
-    """The files that the content of a campaign names, by the keys that name them; of an axis several."""
-    # A dict of Python may hold any type anywhere: nothing is checked yet, and what is no name is refused later on.
-    candidates: dict[str, list[Any]] = {"table": [campaign.get("table")]}
-    for word, stated in file_parameters().items():
-        tables = (campaign.get(table) for table in (stated.table, "axes"))
-        values = [table[word] for table in tables if isinstance(table, Mapping) and word in table]
-        if values and isinstance(values[0], list):
-            values = values[0]
-        candidates[word] = [_file_name(value) for value in values]
-    files = {}
-    for key, names in candidates.items():
-        files[key] = [str(name) for name in names if isinstance(name, str | PathLike)]
-    files["roughness"] = [name for name in files["roughness"] if name != SMOOTH]
-    outputs = campaign.get("outputs")
-    if isinstance(outputs, Mapping):
-        files[KEY] = source_files(outputs.get(KEY))
-    return {key: names for key, names in files.items() if names}
-
-
-def _file_name(value: Any) -> Any:
-    """The file of a value that names one, as text or as a table with more about it."""
-    return value.get("file") if isinstance(value, Mapping) else value
-
-
 def _document(path: Path, text: str) -> dict[str, Any]:
     try:
         return from_toml(text)
@@ -420,47 +391,34 @@ def _need_of_title(title: str) -> str:
     return "" if is_one_line(title) else ONE_LINE
 
 
+class _Scene(NamedTuple):
+    """The parameters of a campaign's cases: numbers in units of its scales, texts where a value names a file."""
+
+    table: CaseTable | None
+    sizes: SceneSizes
+    columns: GivenColumns
+    """Columns of the table of cases, or axes."""
+    fixed: dict[str, GivenColumns]
+    """Table -> its parameters, equal for all cases."""
+
+
 class _Reader(NamedFiles):
-    """Reads one campaign file."""
+    """Reads one campaign file: document, tables, numbers in units of the scales, values, manifest."""
 
     def manifest(self, text: str) -> Manifest:
         top = self._top(_document(self.path, text))
-        table = self.table(top)
-        # Scales come first: a value with a unit, in any table or on any axis, becomes a multiple of one.
-        scales = self._scales(top, table.columns if table else ())
-        half_width = math.nan if "slab_width" in top.get("scales", {}) else largest_half_width(top, scales)
-        sizes = SceneSizes(scales, "slab_width" in top.get("scales", {}), half_width)
-        _spread_path(top)
-        columns = self.plain(table.columns, sizes) if table else self._axes(top, sizes)
         # `seconds` is taken out of [limits] before its words are checked as parameters of a case.
         seconds = self._task_seconds(top)
-        words = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
-        # Loads of a path may be in N: they are over normal_load, which is thus read before the path.
-        load = _load_in_newton(words["constants"], columns, scales)
-        sizes = sizes._replace(load=load)
-        fixed = {name: self.plain(content, sizes) for name, content in words.items()}
-        # A table of cases excludes axes, hence there is no profile on an axis beside it.
-        texts: dict[str, CaseTable | FileRows] = {}
-        if table:
-            texts["table"] = table
-        else:
-            texts.update(self.rows_of_axis(columns, sizes))
-        texts.update(self.rows(fixed, sizes))
-        files = {key: content.text for key, content in texts.items()}
-        self.one_place(columns, fixed)
-        slabs = _slabs({**fixed["numerics"], **columns})
+        scene = self._scene(top)
+        files = self._texts(scene)
+        self.one_place(scene.columns, scene.fixed)
+        slabs = _slabs({**scene.fixed["numerics"], **scene.columns})
         stages = self._stages(top)
         outputs = self._outputs(top.get("outputs", {}), stages)
-        own_numbers: tuple[Observable, ...] = ()
-        if outputs.observables:
-            files[KEY], own_numbers = self.observables(outputs.observables)
+        own_numbers = self._own_numbers(outputs, stages, files)
         # Drives are checked even where the stages leave them out: their mistakes would show only once they are switched on.
-        written = read_drives(self, top, scales)
+        written = read_drives(self, top, scene.sizes.scales)
         pulled = written if "dynamics" in stages else Drives()
-        for observable in own_numbers:
-            need = stage_need(observable, stages)
-            if need:
-                self.refuse(KEY, observable.reference, need, table="outputs")
         names = tuple(dict.fromkeys(drive.name for drive in written.drives))
         result = Manifest(
             path=self.path,
@@ -469,11 +427,11 @@ class _Reader(NamedFiles):
             sha256=manifest_hash(text, files),
             title=top.get("title", ""),
             stages=stages,
-            design="table" if table else self._design(top, columns),
-            axes=self.values(columns, slabs),
-            tables={name: _single(self.values(part, slabs)) for name, part in fixed.items()},
+            design="table" if scene.table else self._design(top, scene.columns),
+            axes=self.values(scene.columns, slabs),
+            tables={name: _single(self.values(part, slabs)) for name, part in scene.fixed.items()},
             task_seconds=seconds,
-            scales=scales,
+            scales=scene.sizes.scales,
             drives=pulled.drives,
             drive_axes=pulled.axes,
             drives_left_out=() if pulled.drives else names,
@@ -488,6 +446,46 @@ class _Reader(NamedFiles):
         if self.problems:
             raise ManifestError(self.problems)
         return result
+
+    def _scene(self, top: dict[str, Any]) -> _Scene:
+        table = self.table(top)
+        # Scales come first: a value with a unit, in any table or on any axis, becomes a multiple of one.
+        scales = self._scales(top, table.columns if table else ())
+        width_given = "slab_width" in top.get("scales", {})
+        half_width = math.nan if width_given else largest_half_width(top, scales)
+        sizes = SceneSizes(scales, width_given, half_width)
+        _spread_path(top)
+        columns = self.plain(table.columns, sizes) if table else self._axes(top, sizes)
+        words = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
+        # Loads of a path may be in N: they are over normal_load, which is thus read before the path.
+        load = _load_in_newton(words["constants"], columns, scales)
+        sizes = sizes._replace(load=load)
+        fixed = {name: self.plain(content, sizes) for name, content in words.items()}
+        return _Scene(table, sizes, columns, fixed)
+
+    def _texts(self, scene: _Scene) -> dict[str, str]:
+        """Texts of the files that parameters name, by key, with the rows of these files in place of their names."""
+        texts: dict[str, CaseTable | FileRows] = {}
+        # A table of cases excludes axes, hence there is no profile on an axis beside it.
+        if scene.table:
+            texts["table"] = scene.table
+        else:
+            texts.update(self.rows_of_axis(scene.columns, scene.sizes))
+        texts.update(self.rows(scene.fixed, scene.sizes))
+        return {key: content.text for key, content in texts.items()}
+
+    def _own_numbers(
+        self, outputs: Outputs, stages: tuple[Stage, ...], files: dict[str, str]
+    ) -> tuple[Observable, ...]:
+        """One's own numbers; their files join those of the campaign."""
+        if not outputs.observables:
+            return ()
+        files[KEY], own_numbers = self.observables(outputs.observables)
+        for observable in own_numbers:
+            need = stage_need(observable, stages)
+            if need:
+                self.refuse(KEY, observable.reference, need, table="outputs")
+        return own_numbers
 
     def _with_path(self, top: dict[str, Any], manifest: Manifest) -> None:
         """Refuse settings that a path of pin and load excludes in all cases."""
