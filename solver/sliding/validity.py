@@ -321,9 +321,9 @@ def _travel(case: Case, displacement: float) -> float:
 def _margin(case: Case, nodes: NDArray[Any]) -> float:
     """Distance from the edge of the contact of these nodes (at least one) to the nearer end of the surface."""
     last, places = case.slab.n_x - 1, case.slab.layout.places(nodes)
-    first_in_contact = min(int(places_of_event.min()) for places_of_event in places)
-    last_in_contact = max(int(places_of_event.max()) for places_of_event in places)
-    between = min(first_in_contact, last - last_in_contact)
+    first = min(int(along.min()) for along in places)
+    farthest = max(int(along.max()) for along in places)
+    between = min(first, last - farthest)
     # The contact is taken to end half a spacing beyond its last node.
     return (between - 0.5) * case.slab.spacing
 

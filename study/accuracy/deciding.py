@@ -227,7 +227,7 @@ class _Search:
             return spacing
         number = result_quantities(KINDS[result.kind])[key]
         mean, unit = mean_in_dataset(scalars, key, number), self._unit(number)
-        records = [_as_row(task_result) for task_result in results if task_result.kind == "record"]
+        records = [_as_row(stated) for stated in results if stated.kind == "record"]
         # Members whose records are the same are one start, of which no mean has a ±.
         one_start = any(bool(alike_starts(record)[0]) for record in records)
         error = math.nan if one_start else float(mean.uncertainty[0]) * unit

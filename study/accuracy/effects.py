@@ -131,7 +131,7 @@ def comparison_seconds(scenes: Scenes) -> float:
     seconds_by_key: dict[str, float] = {}
     for point in scenes.cases:
         assert point.case is not None
-        left_out = _left_out(scenes, point.case)
+        left_out = _scenes_without_effects(scenes, point.case)
         without = [(case, drives) for _, case, drives, problem in left_out if not problem]
         for case, drives in [(point.case, scenes.drives), *without]:
             tasks = scene_tasks(scenes.manifest, case, drives, scenes.ensemble, scenes.variables)
@@ -179,13 +179,13 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
     changes = defaultdict[tuple[str, str], list[Change]](list)
     seconds = defaultdict[str, list[tuple[float, float]]](list)
     done: Done = {}
-    named = {named_drive.label: named_drive for named_drive in scenes.manifest.drives}
+    named = {drive.label: drive for drive in scenes.manifest.drives}
     for number, campaign_case in enumerate(scenes.cases, start=1):
         assert campaign_case.case is not None
         # Results of one case fit into memory; the next case needs none of them but compliances.
         done = {key: entry for key, entry in done.items() if entry[0].kind == "compliance"}
         results_of_whole, seconds_of_whole = _compute_scene(scenes, campaign_case.case, scenes.drives, done)
-        for effect, case, drives, problem in _left_out(scenes, campaign_case.case):
+        for effect, case, drives, problem in _scenes_without_effects(scenes, campaign_case.case):
             fewer, its_seconds = results_of_whole, seconds_of_whole
             if not problem:
                 fewer, its_seconds = _compute_scene(scenes, case, drives, done)
@@ -207,25 +207,25 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
     return list(_means(scenes, changes, seconds)), list(failed)
 
 
-def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, str]]:
+def _scenes_without_effects(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, str]]:
     """Every effect of a scene, with the case and drives without it, or the reason why there is no such case."""
-    for of_case in scenes.of_cases:
-        if of_case.there(case):
+    for case_effect in scenes.of_cases:
+        if case_effect.there(case):
             # An effect may be one that others need, as friction is for sliding: then there is no such scene to compare with.
             try:
-                without = of_case.without(case)
+                without = case_effect.without(case)
                 wrong = find_refusal(refuse_with_stages, scenes.manifest, without)
-                yield of_case.name, without, scenes.drives, str(wrong or "")
+                yield case_effect.name, without, scenes.drives, str(wrong or "")
             except InvalidInput as error:
-                yield of_case.name, case, scenes.drives, str(error)
-    for effect in scenes.of_drives:
+                yield case_effect.name, case, scenes.drives, str(error)
+    for drive_effect in scenes.of_drives:
         without_it = {}
         for label, drive in scenes.drives.items():
-            if effect.there(drive):
-                without_it[label] = effect.without(drive)
+            if drive_effect.there(drive):
+                without_it[label] = drive_effect.without(drive)
         # Drives that lack the effect anyway stay as they are, and are not computed again.
         if without_it:
-            yield effect.name, case, {**scenes.drives, **without_it}, ""
+            yield drive_effect.name, case, {**scenes.drives, **without_it}, ""
 
 
 def scene_tasks(

@@ -132,7 +132,7 @@ def make_setup(manifest: Manifest) -> Setup:
         raise ManifestError.of("pin", first.pin, "a parabola, with which accuracy is measured")
     if first.slab.support == "frictionless":
         raise ManifestError.of("support", first.slab.support, remark=POINTLESS)
-    drives = (drive_of_manifest.drive for drive_of_manifest in manifest.drives if drive_of_manifest.drive)
+    drives = (named.drive for named in manifest.drives if named.drive)
     drive = next(drives, NamedDrive("paper"))
     return Setup(manifest.title, first, drive, manifest.scales)
 

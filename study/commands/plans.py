@@ -127,12 +127,8 @@ def drive_lines(manifest: Manifest) -> Iterator[str]:
     """Drives without a stage or without the critical velocity that is asked for, and the default mass of a drive in own units."""
     if manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(manifest.drives_left_out)}'
-    pulls = [of_manifest for of_manifest in manifest.drives if of_manifest.drive]
-    strokes = [
-        of_manifest.name
-        for of_manifest in pulls
-        if of_manifest.drive and of_manifest.drive.in_si.stage_stroke is not None
-    ]
+    pulls = [drive for drive in manifest.drives if drive.drive]
+    strokes = [drive.name for drive in pulls if drive.drive and drive.drive.in_si.stage_stroke is not None]
     if manifest.outputs.critical and strokes:
         names = ", ".join(dict.fromkeys(strokes))
         yield f"no critical velocity, which is that of a stage that goes one way, of drives to and fro: {names}"

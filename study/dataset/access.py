@@ -276,7 +276,7 @@ class Accessor:
         wanted = there if event is None else [event]
         nodes = run.drop_vars("event")
         places = [np.flatnonzero(of_nodes == number) for number in wanted]
-        parts = [nodes.isel({dim: of_event}) for of_event in places]
+        parts = [nodes.isel({dim: places_of_event}) for places_of_event in places]
         if len(parts) == 1:
             return _add_case(parts[0].assign_coords(event=wanted[0]), case)
         # The same nodes after each event: their places are taken from the first, not compared.

@@ -175,17 +175,15 @@ class Finding:
 
 def worst_difference(label: str, differences: Sequence[Difference]) -> Finding:
     """The worst difference in a line, and the names of variables that are not judged."""
-    judged = [
-        difference_found for difference_found in differences if difference_found.verdict is not Verdict.NOT_JUDGED
-    ]
-    unjudged = [difference_found for difference_found in differences if difference_found.verdict is Verdict.NOT_JUDGED]
+    judged = [difference for difference in differences if difference.verdict is not Verdict.NOT_JUDGED]
+    unjudged = [difference for difference in differences if difference.verdict is Verdict.NOT_JUDGED]
     verdict, beside = worst(judged), _list_names(unjudged)
-    decisive = [difference_found for difference_found in judged if difference_found.verdict == verdict]
+    decisive = [difference for difference in judged if difference.verdict == verdict]
     decisive.sort(key=lambda difference: -difference.size)
     if verdict is Verdict.IDENTICAL and not beside:
         return Finding(label, verdict, "")
-    others = [difference_found for difference_found in decisive if difference_found.name != decisive[0].name]
-    count = len({difference_found.name for difference_found in others})
+    others = [difference for difference in decisive if difference.name != decisive[0].name]
+    count = len({difference.name for difference in others})
     more = f", and {count} more: {_list_names(others)}" if others else ""
     said = f"{decisive[0]}{more}" if verdict > Verdict.IDENTICAL else ""
     remark = "; ".join(filter(None, (said, beside and f"not judged: {beside}")))
