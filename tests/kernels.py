@@ -29,8 +29,8 @@ def tasks() -> list[Task]:
     ways = product(orders, ((), ROUGH), ("stick", "gradual"))
     cases = [Case.of(dict(zip(("slip_order", "roughness", "initial_contact"), way, strict=True))) for way in ways]
     cases += [Case.of({"slip_order": order, "pin_translation": False}) for order in orders]
-    cases += [Case.of({"scheme": "half_space"})]
-    cases += [Case.of({"scheme": "half_space", "slip_order": order, "roughness": ROUGH_BALL}) for order in orders]
+    balls = product(orders, ((), ROUGH_BALL))
+    cases += [Case.of({"scheme": "half_space", "slip_order": order, "roughness": rough}) for order, rough in balls]
     drives = (drive_task(Case(), Drive.from_si(**drive)) for drive in DRIVES)
     pulled = (drive_task(Case.of(contact), Drive.from_si(memory=True)) for contact in PULLED)
     return [contact_task(Case()), *map(record_task, cases), *drives, *pulled]

@@ -108,13 +108,14 @@ def computed(scene: Scene, **changed: Any) -> xr.Dataset:
     return nanoslip.run({**content, "outputs": outputs}, progress=False).squeeze()
 
 
-def known_better(scene: Scene, found: xr.Dataset) -> xr.Dataset | None:
-    """The same case from other starts, over longer records, of a path over more starts; None where that takes too long."""
+def known_better(scene: Scene, found: xr.Dataset, most: float) -> xr.Dataset | None:
+    """The same case from other starts, over longer records, of a path over more starts; None where that takes more events than
+    `most`."""
     radius = scene.case["radius"] * OTHERS
     if scene.sort == "path":
         return computed(scene, radius=radius, members=OF_PATHS)
     rate = float(found["events"] / found["record_spacings"])
-    spacings = next((each for each in SPACINGS if each * rate < MOST), None)
+    spacings = next((each for each in SPACINGS if each * rate < most), None)
     if spacings is None:
         return None
     return computed(scene, radius=radius, seed=77, spacings=spacings, events=10 * MOST)
@@ -141,13 +142,13 @@ def numbers_of(found: xr.Dataset) -> list[str]:
     return list(dict.fromkeys(each.name for each in stated if each.uncertainty in found))
 
 
-def verdicts(number: int) -> Iterator[Verdict]:
-    """Each number of the case of this number, and how far it is from that of other starts' long records."""
+def verdicts(number: int, most: float = MOST) -> Iterator[Verdict]:
+    """Each number of the case of this number, and how far it is from that of other starts' long records of so many events."""
     scene = drawn(number)
     found = computed(scene)
     if found["outcome"].item() != "completed":
         return
-    true = known_better(scene, found)
+    true = known_better(scene, found, most)
     if true is None or true["outcome"].item() != "completed":
         return
     doubts = int(found["validity_flags"]) | int(true["validity_flags"])
