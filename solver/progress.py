@@ -20,7 +20,7 @@ def report_progress(share: float) -> None:
 
 @contextmanager
 def watch_progress(watcher: Watcher) -> Iterator[None]:
-    """Call `watcher` with the progress of what is computed inside."""
+    """Call `watcher` with the progress of the computation in this context."""
     token = _WATCHER.set(watcher)
     try:
         yield
@@ -30,7 +30,7 @@ def watch_progress(watcher: Watcher) -> Iterator[None]:
 
 @contextmanager
 def part_of_progress(first: float, last: float) -> Iterator[None]:
-    """Count the progress of what is computed inside as that from share `first` to share `last` of the current part."""
+    """Map the progress of the computation in this context to shares `first` to `last` of the current part."""
     watcher = _WATCHER.get()
     if watcher is None:
         yield

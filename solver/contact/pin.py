@@ -311,7 +311,7 @@ def estimate_half_width(case: Case) -> float:
 
 
 def nodes_under_pin(case: Case) -> NDArray[np.bool_]:
-    """Nodes (n,) that a pin at δ_p = 0 could meet: all of them, or those that a punch covers."""
+    """Nodes (n,) that a pin at δ_p = 0 could meet: all nodes, or the nodes that a punch covers."""
     return np.abs(surface_from_pin(case)) <= make_pin(case).half_width
 
 

@@ -43,7 +43,7 @@ LATE: Final = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leg:
-    """One leg in its own frame: forces are those against the motion of the stage, which starts at 0."""
+    """One leg in its own frame: the stage starts at 0, and forces count against its motion."""
 
     sign: int
     begin: float

@@ -223,10 +223,7 @@ def contact_stiffness_matrix(compliance: Compliance, nodes: Indices) -> Dense:
 
 
 def add_node(compliance: Compliance, stiffness: Dense, nodes: Indices, node: int) -> Dense:
-    """The `contact_stiffness_matrix` of nodes, from that of all of them but one (bordered inverse).
-
-    nodes: numbers of all of them. node: the one that is added.
-    """
+    """Update a `contact_stiffness_matrix` by one more node (bordered inverse). nodes: with `node`, which is added."""
     count, place = compliance.slab.nodes, int(np.searchsorted(nodes, node))
     others, new = np.delete(nodes, place), np.array([node, node + count])
     loaded_entries = np.concatenate((others, others + count))
@@ -250,7 +247,7 @@ def add_node(compliance: Compliance, stiffness: Dense, nodes: Indices, node: int
 
 
 def remove_node(stiffness: Dense, place: int) -> Dense:
-    """The `contact_stiffness_matrix` of all nodes but one, from that of all of them. place: of that node among them."""
+    """Update a `contact_stiffness_matrix` by one node less. place: of the removed node among the nodes before."""
     gone = np.array([place, len(stiffness) // 2 + place])
     old = np.delete(np.arange(len(stiffness)), gone)
     # Its forces are set to 0: what held it is shared out among the others.

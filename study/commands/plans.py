@@ -85,7 +85,7 @@ def plan_campaign(campaign: Path) -> Plan:
 
 
 def _tasks_of_case(manifest: Manifest) -> int:
-    """Number of tasks of a case, less those that cases share."""
+    """Number of tasks of a case, without tasks that cases share."""
     kinds = [kind for kind in KINDS.values() if kind.parts and kind.needed(manifest)]
     return sum(len(manifest.drives) if kind.driven else 1 for kind in kinds)
 

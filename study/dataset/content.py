@@ -63,7 +63,7 @@ def _attributes_needs(attributes: Mapping[Any, Any]) -> Iterator[str]:
 
 
 def _attribute_needs(name: str, value: object) -> Iterator[str]:
-    """Report what is wrong with an attribute of a dataset; nothing if it can be read."""
+    """Report an attribute of a dataset that cannot be read."""
     if name == _MANIFEST:
         try:
             from_toml(str(value))

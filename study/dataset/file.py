@@ -321,7 +321,7 @@ def _define_group(target: netCDF4.Group, group: xr.Dataset) -> Iterator[tuple[An
 
 
 def _coordinate_lists(group: xr.Dataset) -> dict[str, list[str]]:
-    """Variable -> the coordinates that hold for it, without those that label a dimension (CF 5)."""
+    """Variable -> its coordinates, without labels of dimensions (CF 5)."""
     labels = sorted(str(name) for name in group.coords if name not in group.dims)
     places = {name: set(group.variables[name].dims) for name in labels}
     lists = {}

@@ -72,7 +72,7 @@ def _leaves(value: Any) -> Iterator[Any]:
 
 
 def si_name(dataset: xr.Dataset, name: str) -> str:
-    """Name of a variable's size in SI, for a dataset whose campaign is given in SI; else its own name."""
+    """Name of a variable's size in SI if the campaign is given in SI; else the variable's name."""
     twin = f"{name}{SI}"
     if not is_given_in_si(dataset) or not (twin in dataset.variables or has_size(name)):
         return name
@@ -196,7 +196,7 @@ def symbol_and_unit(name: str, unit: str | None = None) -> str:
 
 
 def column_title(name: str, dataset: xr.Dataset) -> str:
-    """A variable at the head of a column: its symbol, and the unit of one's own number."""
+    """Head of a variable's column: its symbol, and the unit of a user's number."""
     if "source" not in dataset[name].attrs:
         return symbol(name)
     return symbol_and_unit(name, readable(variable_description(name, dataset).units))

@@ -225,7 +225,7 @@ def _all_axes(family: RunFamily) -> tuple[DrawnAxis, ...]:
 
 
 def _rename_sizes(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], run: DrawnRun) -> DrawnColumns:
-    """Columns of a run, those that were converted to SI with names that say so."""
+    """Columns of a run; columns in SI have names that say so."""
     converted = {name for axis in _all_axes(family) if axis.is_converted for name in axis.columns}
     return {f"{name}{SI}" if name in converted else name: values for name, values in numbers(run).items()}
 

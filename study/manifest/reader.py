@@ -477,7 +477,7 @@ class _Reader(NamedFiles):
     def _own_numbers(
         self, outputs: Outputs, stages: tuple[Stage, ...], files: dict[str, str]
     ) -> tuple[Observable, ...]:
-        """One's own numbers; their files join those of the campaign."""
+        """Numbers by the user's functions; the files of the functions are added to `files`."""
         if not outputs.observables:
             return ()
         files[KEY], own_numbers = self.observables(outputs.observables)

@@ -110,7 +110,7 @@ class Table:
         return self.names[:shown]
 
     def _widths(self) -> tuple[list[int], list[int]]:
-        """Widths of all columns but the last with folded titles; those of labels and requested columns with folded cells."""
+        """Widths of all columns except the last, with folded titles; in labels and requested columns cells are folded, too."""
         last = len(self.header) - 1
         least = min(self.labels + self.asked, last)
         columns = list(zip(self.header, *self.rows, strict=True))[:last]

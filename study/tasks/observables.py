@@ -40,7 +40,7 @@ def _compute(task: Task, inputs: Inputs) -> Computed:
 
 
 def evaluate_members(task: Task, arguments: list[Arguments | None]) -> Computed:
-    """One's own numbers of members, whose outcomes are those of their records and drives: here all complete."""
+    """Numbers of members by the user's functions. Outcomes belong to records and drives: here all are complete."""
     evaluated = evaluate(task.observables, arguments)
     members = (Member((), evaluated.outcome),) * len(arguments)
     return Computed(members, scalars=evaluated.scalars)
