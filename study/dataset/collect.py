@@ -38,7 +38,7 @@ from nanoslip.study.dataset.file import (
 from nanoslip.study.dataset.texts import text_array
 from nanoslip.study.dataset.variables import DRIVE, Group, Series, parameters, scalars, si_coordinates
 from nanoslip.study.manifest.cases import CampaignCase, Heard, common_labels
-from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.manifest import CampaignDrive, Manifest
 from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, file_parameters
 from nanoslip.study.origin import NOBODY, Origin, Origins, census, mixture, stemming
 from nanoslip.study.plan.plan import NOTHING_KNOWN, CaseTasks, Plan, case_outcome, drive_outcome
@@ -91,14 +91,8 @@ def case_layout(manifest: Manifest) -> Layout:
 
     Drives lie along `drive`, where there are several tables of them, and along the drive axes of several values.
     """
-    names = tuple(dict.fromkeys(drive.name for drive in manifest.drives))
-    settings = {"drive": names, **manifest.drive_axes}
-    drive_axes = {name: values for name, values in settings.items() if len(values) > 1}
-    position: dict[str, tuple[int, ...]] = {}
-    for drive in manifest.drives:
-        point = {"drive": drive.name, **drive.point}
-        places = (drive_axes[name].index(point[name]) for name in drive_axes)
-        position[drive.label] = tuple(places)
+    drive_axes = _drive_axes(manifest)
+    position = {drive.label: _drive_position(drive, drive_axes) for drive in manifest.drives}
     # Cases that are no full product would leave most of an array over all axes empty.
     if manifest.design != "product":
         numbers = tuple(range(manifest.case_count))
@@ -107,11 +101,22 @@ def case_layout(manifest: Manifest) -> Layout:
     common = {name: (value,) for name, value in standard.items()}
     values = {**common, **manifest.axes}
     further = (name for name in manifest.axes if name not in STANDARD)
-    axis_names = (*STANDARD, *further)
-    axes = {name: tuple(values[name]) for name in axis_names}
+    axes = {name: tuple(values[name]) for name in (*STANDARD, *further)}
     varying = [name for name in manifest.axes if name in axes]
     order = tuple(dict.fromkeys([*varying, *axes]))
     return Layout(axes, order, drive_axes, position)
+
+
+def _drive_axes(manifest: Manifest) -> dict[str, tuple[Value, ...]]:
+    names = tuple(dict.fromkeys(drive.name for drive in manifest.drives))
+    settings = {"drive": names, **manifest.drive_axes}
+    return {name: values for name, values in settings.items() if len(values) > 1}
+
+
+def _drive_position(drive: CampaignDrive, axes: Mapping[str, tuple[Value, ...]]) -> tuple[int, ...]:
+    point = {"drive": drive.name, **drive.point}
+    places = (values.index(point[name]) for name, values in axes.items())
+    return tuple(places)
 
 
 def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
@@ -166,23 +171,28 @@ def label_array(values: Sequence[Any]) -> NDArray[Any]:
 
 def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layout) -> dict[str, Any]:
     """Parameters along their dimension, over the cases where they vary, else once; none that changes no result."""
-    dims, places = tuple(layout.axes), layout.places
-    variables_by_name: dict[str, Any] = {}
+    dims = tuple(layout.axes)
+    along: dict[str, Any] = {}
     for name, labels in layout.axes.items():
-        about = attributes(_parameter(name))
-        variables_by_name[name] = (name, label_array(labels), about)
-    ids = _arrange(places, [case.case_id for case in cases])
-    laid_out = ids.reshape(layout.shape)
-    variables_by_name["case_id"] = (dims, laid_out, attributes(variables.CASE_ID))
-    exclusions = _exclusions(task_kinds(manifest))
+        along[name] = (name, label_array(labels), attributes(_parameter(name)))
+    ids = _arrange(layout.places, [case.case_id for case in cases])
+    along["case_id"] = (dims, ids.reshape(layout.shape), attributes(variables.CASE_ID))
+    along |= _parameters_of_cases(manifest, cases, layout)
+    return along | _si_twins(manifest, along) | drive_coordinates(manifest, layout)
+
+
+def _parameters_of_cases(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layout) -> dict[str, Any]:
+    """Coordinates of the parameters that are no dimension: over the cases, or a single value."""
     # A file that all cases share is no coordinate: the manifest names it.
     files = [name for name in file_parameters() if name in manifest.axes]
     parameter_names = (*parameters(), *files)
     names = [name for name in parameter_names if name not in layout.axes]
-    possible = sum(case.case is not None for case in cases)
     # In a list of cases an axis and a standard parameter label each, also where it has one value.
-    along = {*manifest.axes, *STANDARD} if "case" in dims else ()
+    labelling = {*manifest.axes, *STANDARD} if "case" in layout.axes else ()
+    exclusions = _exclusions(task_kinds(manifest))
     rows = [_values(case, names, exclusions) for case in cases]
+    possible = sum(case.case is not None for case in cases)
+    coordinates_by_name: dict[str, Any] = {}
     for name, values in zip(names, zip(*rows, strict=True), strict=True):
         present = [value for value in values if value is not None]
         if not present:
@@ -190,12 +200,12 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
         about = attributes(_parameter(name))
         # Refused cases may lack a value that all others share; one that changes no result in some cases varies.
         is_common = len(set(present)) == 1 and len(present) >= possible
-        if is_common and name not in along:
-            variables_by_name[name] = ((), present[0], about)
+        if is_common and name not in labelling:
+            coordinates_by_name[name] = ((), present[0], about)
         else:
-            arranged = _arrange(places, values)
-            variables_by_name[name] = (dims, arranged.reshape(layout.shape), about)
-    return variables_by_name | _si_twins(manifest, variables_by_name) | drive_coordinates(manifest, layout)
+            arranged = _arrange(layout.places, values)
+            coordinates_by_name[name] = (tuple(layout.axes), arranged.reshape(layout.shape), about)
+    return coordinates_by_name
 
 
 def _exclusions(kinds: frozenset[str]) -> tuple[Exclusion, ...]:
