@@ -11,6 +11,8 @@ from tests.verification.coverage import Verdict, coverage, drawn, verdicts
 from tests.verification.seen import seen
 
 CASES = 12
+EVENTS = 50_000
+"""Events of a long record: cases with more, most balls among them, are in the table alone."""
 CHANCE = 1e-3
 """Probability of a failure where ± is right."""
 PROMISED = 0.945
@@ -25,7 +27,7 @@ OFTEN = ("plateau_mean", "static_friction", "kinetic_friction", "surface_stiffne
 def cheap() -> Iterator[list[Verdict]]:
     """Verdicts of each case on a small grid that has results."""
     for number in count():
-        if int(drawn(number).case["n_x"]) <= 33 and (found := list(verdicts(number))):
+        if int(drawn(number).case["n_x"]) <= 33 and (found := list(verdicts(number, EVENTS))):
             yield found
 
 
@@ -40,7 +42,7 @@ def test_twice_it_holds_within_what_chance_allows_and_nothing_is_far_off() -> No
     once, twice = coverage(times)
     least = float(scipy.stats.binom.ppf(CHANCE, CASES, PROMISED)) / CASES
     line = seen("± and 2 ± hold", f"{CASES} cases, {len(times)} numbers", f"{once:.0%}, {twice:.0%}; least {least:.0%}")
-    assert {each.sort for each in found} >= {"plane strain", "path"}  # most balls take more than MOST events
+    assert {each.sort for each in found} >= {"plane strain", "path"}  # most balls take more events
     stated = [each.times for each in found if each.number in OFTEN]
     assert np.mean(np.isfinite(stated)) > 0.8  # what states nothing cannot be wrong
     assert twice >= least, line

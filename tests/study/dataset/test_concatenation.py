@@ -13,6 +13,9 @@ from nanoslip.study.dataset.join import NotJoinableError
 from nanoslip.study.results.store import StoreError
 from tests.study.dataset.campaigns import FULL
 
+PARTS = FULL | {"outputs": {**FULL["outputs"], "fit": False}}
+"""Without fits, a third of the time."""
+
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
@@ -20,14 +23,14 @@ def folders(tmp_path_factory):
     made = []
     for name, radii in (("one", [100.0, 25.0]), ("other", [50.0])):
         folder = tmp_path_factory.mktemp(name)
-        run(FULL | {"title": name, "axes": {"intrinsic_friction": [0.5], "radius": radii}}, folder).close()
+        run(PARTS | {"title": name, "axes": {"intrinsic_friction": [0.5], "radius": radii}}, folder).close()
         made.append(folder)
     return made
 
 
 @pytest.fixture(scope="module")
 def whole():
-    return run(FULL | {"axes": {"intrinsic_friction": [0.5], "radius": [100.0, 25.0, 50.0]}})
+    return run(PARTS | {"axes": {"intrinsic_friction": [0.5], "radius": [100.0, 25.0, 50.0]}})
 
 
 def test_datasets_paths_and_folders_are_joined_to_what_one_campaign_gives(folders, whole):
