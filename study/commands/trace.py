@@ -397,7 +397,7 @@ def number_table(numbers: Mapping[str, Measured], computed: xr.Dataset | None = 
     rows = []
     is_periodic = "mean_force" in numbers
     for name, number in numbers.items():
-        values = plural(number.of, "value") if number.of else "given"
+        values = plural(number.of, "value") if number.of else "–"
         factor, unit = prefix_factor([number.value], number.unit)
         symbol = TRACE_SYMBOLS.get(name, "")
         row = [name, symbol, _format_measured(number, factor), unit, values]

@@ -60,7 +60,7 @@ def _pulls(trace: Trace) -> Iterator[Trace]:
     if not is_two_way(trace.force):
         yield trace
         return
-    middle, strokes = cut_at_middle(trace.force)
+    middle, strokes = cut_at_middle(trace)
     for stroke in strokes:
         yield trace.part(stroke.first, stroke.last, stroke.sign, middle)
 

@@ -8,7 +8,7 @@ stiffness k between the stage and the contact, moves the loop's points by F/k an
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import compress, pairwise
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -94,7 +94,12 @@ def whole_strokes(position: Floats, at: Floats | None = None) -> list[LoopStroke
         least[0] = max(least[0], lengths[1] - open_ends)
         least[-1] = max(least[-1], lengths[-2] - open_ends)
     far = [stroke for stroke, length, most in zip(strokes, lengths, least, strict=True) if length > most]
-    strokes_with_points = [stroke for stroke in far if stroke.last - stroke.first >= FEWEST_POINTS]
+    # Of few samples a leg is a jump in the readings: beside it, too, it is not known where the stage turned.
+    jumps = [leg for leg in strokes[1:-1] if leg.last - leg.first < FEWEST_POINTS]
+    edges = {leg.first for leg in jumps} | {leg.last for leg in jumps}
+    is_sure = [edges.isdisjoint((stroke.first, stroke.last)) for stroke in far]
+    sure = list(compress(far, is_sure))
+    strokes_with_points = [stroke for stroke in sure if stroke.last - stroke.first >= FEWEST_POINTS]
     if at is None:
         return strokes_with_points
     usual = float(np.median(np.diff(at[turns])))

@@ -50,15 +50,15 @@ def friction_over_load(load: Floats, force: Floats) -> dict[str, Measured]:
     for group in np.array_split(np.arange(len(loads)), GROUPS):
         kept = np.delete(np.arange(len(loads)), group)
         part = scipy.stats.linregress(loads[kept], forces[kept])
-        without.append((part.slope, part.intercept))
-    slopes, intercepts = np.array(without).T
+        without.append((part.slope, part.intercept, part.rvalue))
+    slopes, intercepts, correlations = np.array(without).T
     count = len(loads)
     slope = Measured(float(line.slope), float(jackknife(slopes)), count)
     intercept = Measured(float(line.intercept), float(jackknife(intercepts)), count, "N")
     return {
         "friction_slope": slope,
         "friction_intercept": intercept,
-        "load_correlation": Measured(float(line.rvalue), math.nan, 0),
+        "load_correlation": Measured(float(line.rvalue), float(jackknife(correlations)), count),
     }
 
 
@@ -94,7 +94,7 @@ def friction_of_files(loads: Sequence[float], forces: Sequence[Measured]) -> dic
     return {
         "friction_slope": slope,
         "friction_intercept": intercept,
-        "load_correlation": Measured(float(line.rvalue), math.nan, 0),
+        "load_correlation": Measured(float(line.rvalue), math.nan, count),
     }
 
 

@@ -242,10 +242,13 @@ class ChosenColumns(NamedTuple):
 
 
 def has_turns(position: Floats) -> bool:
-    """True if a stage goes back by more than its noise and a tenth of its range, in more than a jump of few samples."""
-    turns = turning_points(position)
-    # A jump in the readings goes back, too, and within few samples.
-    return len(turns) > 2 and bool(min(np.diff(turns)) >= FEWEST_POINTS)
+    """True if a stage goes back by more than its noise and a tenth of its range, between two legs of more than few samples.
+
+    A jump in the readings goes back, too, but within few samples. So does a stage that turns near a gap, or near an end.
+    """
+    lengths = np.diff(turning_points(position))
+    is_leg = lengths >= FEWEST_POINTS
+    return bool((is_leg[:-1] & is_leg[1:]).any())
 
 
 def turning_points(position: Floats) -> list[int]:

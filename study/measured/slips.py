@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import compress, pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -325,8 +325,10 @@ class Stroke(NamedTuple):
     sign: float
 
 
-def cut_strokes(force: Floats, middle: float, swing: float) -> list[Stroke]:
-    """Strokes of a force of both signs, cut where it passes the middle; `swing` is half its usual range."""
+def cut_strokes(trace: Trace, middle: float, swing: float) -> list[Stroke]:
+    """Strokes of a force of both signs, cut where it passes the middle, and at gaps that hide a stroke; `swing` is half its
+    usual range."""
+    force = trace.force
     below = np.where(force < middle - swing / 2.0, -1, 0)
     sides = np.where(force > middle + swing / 2.0, 1, below)
     decided = np.flatnonzero(sides)  # so noise at the middle turns nothing
@@ -336,21 +338,37 @@ def cut_strokes(force: Floats, middle: float, swing: float) -> list[Stroke]:
         on_other_side = (force[:turn] - middle) * sides[turn] <= 0.0
         before = np.flatnonzero(on_other_side)
         passed.append(int(before[-1]) + 1)
+    cuts = sorted({0, *passed, *_behind_hidden_strokes(trace.at, [0, *passed, len(force)]), len(force)})
     strokes = []
-    for first, turn in pairwise([0, *passed, len(force)]):
+    for first, turn in pairwise(cuts):
         within = decided[(decided >= first) & (decided < turn)]
+        if not len(within):
+            continue
         sign = float(sides[within[0]])
         forces = sign * (force[first:turn] - middle)
         # Behind the last force as large as the median the stage turns, and the spring is released.
         large = np.flatnonzero(forces >= np.median(forces))
         last = int(large[-1])
         strokes.append(Stroke(first, first + last + 1, sign))
-    return [stroke for stroke in strokes if stroke.last - stroke.first >= FEWEST_POINTS]
+    long = [stroke for stroke in strokes if stroke.last - stroke.first >= FEWEST_POINTS]
+    # The rest of a stroke behind a gap may have one force alone, of which nothing is known.
+    return [stroke for stroke in long if np.ptp(force[stroke.first : stroke.last]) > 0.0]
 
 
-def cut_at_middle(force: Floats) -> tuple[float, list[Stroke]]:
+def _behind_hidden_strokes(at: Floats, cuts: Sequence[int]) -> list[int]:
+    """First samples after gaps that last as long as the longest stroke without one: part of a stroke is shorter."""
+    lasts = [float(at[last - 1] - at[first]) for first, last in pairwise(cuts)]
+    gaps = find_gaps(at, float(np.median(lasts)))
+    is_recorded = [not gaps[first : last - 1].any() for first, last in pairwise(cuts)]
+    longest = max(compress(lasts, is_recorded), default=math.inf)
+    hiding = gaps & (np.diff(at) >= longest)
+    return [int(step) + 1 for step in np.flatnonzero(hiding)]
+
+
+def cut_at_middle(trace: Trace) -> tuple[float, list[Stroke]]:
     """The middle of a force of both signs, and its strokes."""
+    force = trace.force
     high = float(np.median(force[force > 0.0]))
     low = float(np.median(force[force < 0.0]))
     middle = (high + low) / 2.0
-    return middle, cut_strokes(force, middle, (high - low) / 2.0)
+    return middle, cut_strokes(trace, middle, (high - low) / 2.0)

@@ -159,7 +159,7 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
 
     A drift of the force cell is subtracted if it is beyond three of its standard errors.
     """
-    middle, strokes = cut_at_middle(trace.force)
+    middle, strokes = cut_at_middle(trace)
     drift = common_drift(trace, strokes)
     flags = [TraceFlag("strokes", {"strokes": len(strokes)})]
     numbers: dict[str, Measured] = {}
@@ -167,7 +167,7 @@ def _stroke_numbers(trace: Trace, pull: _Pull) -> TraceNumbers:
     if math.isfinite(drift.uncertainty) and abs(drift.value) > SIGNIFICANT_DRIFT * drift.uncertainty:
         rate = drift.value
         trace = trace.subtract(0.0, rate)
-        middle, strokes = cut_at_middle(trace.force)
+        middle, strokes = cut_at_middle(trace)
         unit = _rate_unit(trace, pull)
         numbers["force_drift"] = drift._replace(unit=unit)
         few = "few_" if len(strokes) == 2 else ""

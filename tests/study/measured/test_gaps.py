@@ -9,7 +9,7 @@ import pytest
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.study.measured.events import find_events
-from nanoslip.study.measured.recording import Trace, read_trace
+from nanoslip.study.measured.recording import Trace, has_turns, read_trace
 from nanoslip.study.measured.trace import measure_trace
 from tests.conftest import Main
 from tests.study.measured.test_trace import LOAD, SLOW, analytic
@@ -145,3 +145,56 @@ def test_no_stroke_of_a_loop_spans_a_gap(start: float, end: float) -> None:
     assert len(lacking.strokes) < len(whole.strokes)
     for name, number in whole.numbers.items():
         assert lacking.numbers[name].value == pytest.approx(number.value, rel=2e-3), name
+
+
+def to_and_fro(position: Floats, time: Floats, kept: Floats) -> str:
+    """A file of a stage and a slider's force, less the samples that are not kept."""
+    force = jenkins(position, 1e3, 0.5)
+    rows = zip(time[kept], position[kept], force[kept], strict=True)
+    return "\n".join(["t [s],position [m],F [N]", *(f"{at:.4f},{place:.6f},{newtons:.5f}" for at, place, newtons in rows)])
+
+
+@pytest.mark.parametrize(("start", "end"), [(3.05, 4.98), (3.05, 4.0), (0.02, 0.99), (0.0, 0.98), (2.0, 4.0)])
+def test_a_gap_that_ends_near_a_turn_leaves_the_position_and_the_other_loops(start: float, end: float) -> None:
+    """Every second the stage turns: of a stroke the gap leaves few samples, or none."""
+    time = np.linspace(0.0, 10.0, 4001)
+    position = 5e-3 * np.abs(1.0 - time % 2.0)
+    kept = (time <= start) | (time >= end)
+    trace = read_trace(Path("stage.csv"), to_and_fro(position, time, kept))
+    assert trace.position is not None
+    loops = measure_trace(trace).loops
+    assert loops
+    # A gap of two strokes hides where both neighbours end, too.
+    assert len(loops.strokes) >= 5
+    assert loops.numbers["mid_stroke_friction"].value == pytest.approx(0.5, rel=2e-3)
+    assert loops.numbers["contact_stiffness"].value == pytest.approx(1e3, rel=2e-2)
+
+
+def test_a_jump_of_readings_ends_the_strokes_beside_it_and_a_stage_that_only_jumps_does_not_turn() -> None:
+    time = np.linspace(0.0, 10.0, 4001)
+    position = 5e-3 * np.abs(1.0 - time % 2.0)
+    readings = np.where(time > 4.3, position + 2e-3, position)
+    force = jenkins(position, 1e3, 0.5)
+    whole, jumping = (
+        measure_trace(Trace(time, force, "time", position=places)).loops for places in (position, readings)
+    )
+    assert whole
+    assert jumping
+    assert {(stroke.first, stroke.last) for stroke in jumping.strokes} < {
+        (stroke.first, stroke.last) for stroke in whole.strokes
+    }
+    onward = np.where(time > 5.0, 1e-3 * time - 4e-3, 1e-3 * time)
+    assert not has_turns(onward)
+
+
+@pytest.mark.parametrize(("start", "end", "strokes"), [(2.9, 4.1, 9), (3.3, 3.6, 10), (2.9, 5.1, 8), (2.9, 6.1, 7)])
+def test_strokes_of_one_sign_on_both_sides_of_a_gap_are_two_unless_it_lies_within_one(
+    start: float, end: float, strokes: int
+) -> None:
+    """Every second the force changes its sign: a gap that is longer than that has hidden strokes."""
+    time = np.linspace(0.0, 10.0, 4001)
+    force = jenkins(5e-3 * np.abs(1.0 - time % 2.0), 1e3, 0.5)
+    kept = (time <= start) | (time >= end)
+    trace = Trace(time[kept], force[kept], "time")
+    (flag,) = (flag for flag in measure_trace(trace).flags if flag.name == "strokes")
+    assert flag.facts["strokes"] == strokes
