@@ -96,6 +96,8 @@ class Surrogate:
     """Cholesky factor of the values' covariance."""
     left_out: Floats
     """(values,) What all others miss of each value over its standard error; NaN of values that are not used."""
+    parameters: float
+    """Number of values that the smooth dependence takes: 2 of a straight line, all of what passes through every value."""
     surprise: float
     """Root mean square of leave-one-out residuals over their standard errors: 1 if the stated errors are right."""
     predictivity: float
@@ -205,7 +207,8 @@ def regress(
     unexplained = scatter + JITTER * amplitude
     distance = scipy.spatial.distance.cdist(x / lengths, x / lengths)
     identity = np.eye(len(x))
-    covariance = amplitude * kernel.value(distance) + stated + unexplained * identity
+    noise = stated + unexplained * identity
+    covariance = amplitude * kernel.value(distance) + noise
     factor = scipy.linalg.cho_factor(covariance, lower=True)
     inverse = scipy.linalg.cho_solve(factor, identity)
     # What all others miss of each value, and its variance: Eq. 5.12.
@@ -214,6 +217,8 @@ def regress(
     squares = missed_values**2
     left_out = np.full(count, np.nan)
     left_out[chosen] = missed_values / np.sqrt(variances)
+    # Trace of the matrix from values to the smooth dependence at them, (K - N) K⁻¹, N the covariance of their errors.
+    parameters = len(x) - float(np.sum(noise * inverse))
     surprise = float(np.sqrt(np.mean(squares / variances)))
     # Of what is missed the ± explains its variance; the rest is known no better than the mean of so many squares.
     stated_square = float(stated_squares.mean())
@@ -235,6 +240,7 @@ def regress(
         scale,
         factor,
         left_out,
+        parameters,
         surprise,
         share,
     )
