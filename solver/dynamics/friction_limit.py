@@ -69,6 +69,13 @@ class FrictionLimit:
         return float(width @ middle / width.sum())
 
     @property
+    def lowest_force(self) -> float:
+        """Least F̃ over one period, in G·L_x·L_y."""
+        width, middle = self._period_teeth()
+        half_rise = 0.5 * self.slope[self.periodic_from :] * width
+        return float(np.min(middle - np.abs(half_rise)))
+
+    @property
     def uneven_work(self) -> float:
         """Largest work of F̃ less its mean, from any tooth of a period to any other, in G·L_x²·L_y."""
         # The work from one place to another is a difference of two sums up to them: the largest is the sums'

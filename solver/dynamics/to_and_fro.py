@@ -64,6 +64,8 @@ class Leg:
     """Work through spring and damper, ∫(F + dv/dt) dS, piece by piece from the impulse of friction and the pin's momentum."""
     stored: float
     """Energy that spring and pin gain."""
+    damper: float
+    """Force c·V of the damper on a pin at rest, after the turn."""
 
     @property
     def mean_force(self) -> float:
@@ -187,6 +189,7 @@ def _make_leg(run: Course, motion: Motion, pieces: Floats, sign: int, begin: flo
         spring_work=stage_work - damper_work,
         stage_work=stage_work,
         stored=0.5 * float(stored),
+        damper=c * float(velocity[0]),
     )
 
 
@@ -260,7 +263,7 @@ def measure_strokes(
     outcome, legs = rounding_outcome(limit, motion), list[Leg]()
     if outcome.ok:
         legs, outcome = pull(motion) if pull else pull_to_and_fro(drive, motion, _RecordByLegs(limit, drive).pull_leg)
-    numbers = leg_numbers(legs, motion.presliding, record.highest_force)
+    numbers = leg_numbers(legs, motion.presliding, limit, record.highest_force)
     loops = _NO_LOOPS
     if outcome.ok:
         # From one turn to the next sliding, spring and contact go from F one way to F the other: a way of 2F
@@ -280,15 +283,15 @@ _NO_LOOPS: Final = StageLoops(
 )
 
 
-def leg_numbers(legs: Sequence[Leg], presliding: float, highest_force: float) -> StageLegs:
+def leg_numbers(legs: Sequence[Leg], presliding: float, limit: FrictionLimit, highest_force: float) -> StageLegs:
     """The numbers of each leg. presliding: F/K. highest_force: of the contact's record, twice which is inertia."""
-    static = np.array([leg.run.slips[0, 2] if len(leg.run.slips) else math.nan for leg in legs])
+    static = [_static_force(leg, limit, highest_force) for leg in legs]
     words = list(LEG_WORDS)
     middle = [leg.middle_force if leg.slides_by_the_middle(presliding) else math.nan for leg in legs]
     return StageLegs(
         direction=np.array([leg.sign for leg in legs], np.int8),
         begin=np.array([leg.begin for leg in legs]),
-        static_force=np.where(static <= 2.0 * highest_force, static, math.nan),
+        static_force=np.array(static),
         middle_force=np.array(middle),
         spring_work=np.array([leg.spring_work for leg in legs]),
         stage_work=np.array([leg.stage_work for leg in legs]),
@@ -297,6 +300,24 @@ def leg_numbers(legs: Sequence[Leg], presliding: float, highest_force: float) ->
         slips=np.array([len(leg.run.slips) for leg in legs], np.int64),
         regime=np.array([words.index(leg.regime(presliding)) for leg in legs], np.int8),
     )
+
+
+ROUNDED: Final = 1e-6
+"""Share of a force that may be rounding: springs stretch by differences of ways that are far longer."""
+
+
+def _static_force(leg: Leg, limit: FrictionLimit, highest_force: float) -> float:
+    """Largest driving force of a leg's first macroscopic slip; NaN without one, and where the pin never stuck before it.
+
+    A pin breaks away where the driving force exceeds what friction holds. With a strong damper it moves on with the stage while
+    its contact is still unloaded, so that less force is enough. After a turn at once by 2V sliding friction holds the pin
+    back by F, and its damper pulls by c·V when it comes to rest: by more than 2F that moves the pin at once.
+    """
+    if not len(leg.run.slips):
+        return math.nan
+    static = float(leg.run.slips[0, 2])
+    sticks = static >= (1.0 - ROUNDED) * limit.lowest_force and leg.damper <= 2.0 * limit.steady_force
+    return static if sticks and static <= 2.0 * highest_force else math.nan
 
 
 def stage_loops(legs: Sequence[Leg], numbers: StageLegs, sliding_stroke: float, damped: bool) -> StageLoops:

@@ -171,7 +171,8 @@ def test_numbers_of_one_start_hold_the_truth_as_often_as_they_state(correlation:
 
 @pytest.mark.slow
 def test_a_surrogate_of_sixteen_points_is_as_sure_as_it_states():
-    """450 exact measurements of three numbers, 150 designs: how their errors correlate is known from 16 values left out.
+    """450 exact measurements of three numbers, 150 designs: how their errors correlate is known from 16 values left out,
+    less the 3 that a smooth line takes.
 
     Two standard deviations of 150 counts are 4 %. Without a wider covariance for so few the set at 95 % held 89 %.
     """
@@ -186,9 +187,9 @@ def test_a_surrogate_of_sixteen_points_is_as_sure_as_it_states():
             found = Fit(targets, RANGES[:1], computed, surrogates)
             misfits.append(found.misfit(truth)[0])
     shares = [np.mean(np.array(misfits) <= found.limit(level)) for level in LEVELS]
-    assert shares[1] == pytest.approx(0.95, abs=0.04), shares
-    # T² of 16 degrees of freedom is below a limit widened for 95 % in 74 %.
-    assert shares[0] == pytest.approx(0.74, abs=0.08), shares
+    assert shares[1] == pytest.approx(0.96, abs=0.04), shares
+    # T² of 13 degrees of freedom is below a limit widened for 95 % in 75 %.
+    assert shares[0] == pytest.approx(0.75, abs=0.08), shares
 
 
 @pytest.mark.parametrize("correlation", [-0.99, 0.99])

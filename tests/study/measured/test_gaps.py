@@ -151,7 +151,9 @@ def to_and_fro(position: Floats, time: Floats, kept: Floats) -> str:
     """A file of a stage and a slider's force, less the samples that are not kept."""
     force = jenkins(position, 1e3, 0.5)
     rows = zip(time[kept], position[kept], force[kept], strict=True)
-    return "\n".join(["t [s],position [m],F [N]", *(f"{at:.4f},{place:.6f},{newtons:.5f}" for at, place, newtons in rows)])
+    return "\n".join(
+        ["t [s],position [m],F [N]", *(f"{at:.4f},{place:.6f},{newtons:.5f}" for at, place, newtons in rows)]
+    )
 
 
 @pytest.mark.parametrize(("start", "end"), [(3.05, 4.98), (3.05, 4.0), (0.02, 0.99), (0.0, 0.98), (2.0, 4.0)])
