@@ -126,8 +126,8 @@ def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
     for drive in manifest.drives:
         position = layout.drive_position[drive.label]
         points[position] = {"drive": drive.name, **drive.settings}
-    for name in ("drive", *parameters()) if points else ():
-        label = variables.DRIVE_NAME if name == "drive" else parameters()[name]
+    labelled = {"drive": variables.DRIVE_NAME, **parameters()}
+    for name, label in labelled.items() if points else ():
         if name in layout.drive_axes:
             labels = label_array(layout.drive_axes[name])
             coordinates[name] = (name, labels, attributes(label))

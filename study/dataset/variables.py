@@ -377,7 +377,7 @@ def variables_by_name() -> dict[str, Described]:
 
 def own_numbers(dataset: xr.Dataset) -> list[str]:
     """One's own numbers in a dataset."""
-    return [str(name) for name, variable in dataset.data_vars.items() if "source" in variable.attrs]
+    return [str(name) for name in dataset.data_vars if "source" in dataset.variables[name].attrs]
 
 
 def describe_own_number(dataset: xr.Dataset, name: str) -> Described:
