@@ -299,10 +299,9 @@ def test_the_pin_and_not_the_operator_is_named_where_a_flank_makes_a_step_of_new
         assert initial_contact(case, rounded).outcome.ending is Ending.ROUNDING
 
 
-@pytest.mark.parametrize("each", [7, pytest.param(1, marks=pytest.mark.slow)])
-def test_the_ends_of_every_range_are_computed_or_named(each: int) -> None:
-    """Every day each seventh case, a number that divides no count of values: the cases have every value, and every ending."""
-    for case in _extremes()[::each]:
+def test_the_ends_of_every_range_are_computed_or_named() -> None:
+    """All of them every day: where heights are not checked against rounding, 4 of 468 show it."""
+    for case in _extremes():
         seen = _follow(case, 3, 20)
         assert not seen.broken, case
         assert set(seen.endings) <= EXTREME_ENDINGS, (case, seen.endings)
