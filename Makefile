@@ -46,8 +46,8 @@ test: kernels  ## the everyday tests: each process has its share of files, whose
 
 # Compiled code without AVX and FMA, and compliances rounded otherwise, which stands for another kernel of linear algebra.
 OTHER_ARITHMETIC := NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= NANOSLIP_TEST_ROUNDING=1
-# What these test is no number that rounding could move: the closed forms of slabs, what is kept of compiled code.
-NO_NUMBERS := $(addprefix --ignore tests/solver/,elasticity test_compiled.py test_cache_folder.py)
+# What these test is no number that rounding could move: the closed forms of slabs, what is kept of compiled code, drawings.
+NO_NUMBERS := $(addprefix --ignore tests/solver/,elasticity test_compiled.py test_cache_folder.py test_view.py)
 # Tests of datasets that compute or compare numbers; the others read files and select.
 COMPUTED := tests/solver tests/hard_cases tests/study/plan $(foreach of,arithmetic collection comparison verification,tests/study/dataset/test_$(of).py)
 # After the usual ones: both write into the same indices of compiled code.

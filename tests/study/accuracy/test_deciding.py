@@ -59,7 +59,7 @@ def found_in(
         (CASE, "plateau_mean"),
         (CONTACT, "contact_half_width"),
         pytest.param(CRITICAL, "critical_velocity", marks=pytest.mark.slow),
-        ({**CRITICAL, "outputs": {"fit": False}}, "static_friction"),
+        pytest.param({**CRITICAL, "outputs": {"fit": False}}, "static_friction", marks=pytest.mark.slow),
         (STROKE, "loss_per_cycle"),
         (FLAT, "plateau_mean"),
     ],
