@@ -33,6 +33,7 @@ from nanoslip.solver.contact.pin import (
     surface_from_pin,
 )
 from nanoslip.solver.contact.soundness import (
+    NOTHING_UNDER_PUNCH,
     OUTCOME_OF_STOP,
     accuracy_of_heights,
     advise,
@@ -71,7 +72,6 @@ CAUSED_BY_ROUNDING = (
     Ending.CONTACT_LOST,
 )
 """Endings that rounded heights can cause."""
-NOTHING_UNDER_PUNCH: Final = Outcome(Ending.CONTACT_LOST, "no node lies under the punch: raise half_width, or n_x")
 
 
 def initial_contact(case: Case, compliance: Compliance) -> ContactState:

@@ -93,8 +93,15 @@ OUTCOME_OF_STOP = {
 """Outcome of every stop at which a run ends."""
 
 
+NOTHING_UNDER_PUNCH: Final = Outcome(Ending.CONTACT_LOST, "no node lies under the punch: raise half_width, or n_x")
+
+
 def advise(case: Case, outcome: Outcome) -> Outcome:
     """The outcome of a case's run, with advice for this case added to the general advice."""
+    # A punch that is narrower than the distance between nodes passes between two of them: it has not left the slab.
+    is_narrow = case.pin == "flat_punch" and 2.0 * case.half_width < case.slab.spacing
+    if outcome == OUTCOME_OF_STOP[Stop.CONTACT_LOST] and is_narrow:
+        return NOTHING_UNDER_PUNCH
     if outcome.message == OUTCOME_OF_STOP[Stop.CASCADE_LIMIT].message:
         return replace(outcome, message=_cascade_advice(case, outcome.message))
     with_others = outcome in (OUTCOME_OF_STOP[Stop.CONTACT_CYCLE], OUTCOME_OF_STOP[Stop.INACCURATE])

@@ -526,6 +526,15 @@ def test_a_pin_that_slides_on_and_on_leaves_the_slab(monkeypatch):
     record = slide(replace(CLASSICAL, max_displacement=None, max_events=10**6), COMPLIANCE)
     assert record.outcome.ending is Ending.CONTACT_LOST
     assert record.final_displacement == record.displacement[-1]
+    assert "half_width" not in record.outcome.message
+
+
+def test_a_punch_that_passes_between_two_nodes_is_too_narrow_for_them():
+    """It has not left the slab: shorter records, as advised before, would only end before they say so."""
+    punch = Case(slab=SLAB, pin="flat_punch", half_width=1e-9, start=0.51, normal_load=1e-3)
+    record = slide(punch, COMPLIANCE)
+    assert record.outcome.ending is Ending.CONTACT_LOST
+    assert "raise half_width, or n_x" in record.outcome.message
 
 
 worst_violation = for_python(kernels.worst_violation)
