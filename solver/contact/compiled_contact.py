@@ -12,7 +12,7 @@ from nanoslip.solver.arrays import Nodes, Vector, Window
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve_violations
 from nanoslip.solver.contact.kernels.path import Events
-from nanoslip.solver.contact.kernels.pivots import MOST_PIVOTS, Pivots
+from nanoslip.solver.contact.kernels.pivots import MOST_MOVED, MOST_PIVOTS, Pivots
 from nanoslip.solver.contact.kernels.state import (
     FORWARD,
     RESIDUAL_LIMIT,
@@ -150,7 +150,7 @@ def _state(
         node_slips=np.zeros(nodes, np.int64),
         work=np.zeros((2, entries)),
         scalars=new_scalars(displacement, direction),
-        pivots=new_pivots(entries, padded.shape[1]),
+        pivots=new_pivots(entries, padded.shape[1], plane is not None),
     )
 
 
@@ -209,7 +209,7 @@ def correct_rounding(compiled: CompiledContact, status: Stop) -> Stop:
             entries = window_entries(compiled.compliance, compiled.window, within)
             tableau(entries, state.contact, state.tableau, reciprocal=state.plane is not None)
             # A fresh tableau has followed all pivots.
-            state.scalars["pivots"], state.pivots.followed[:] = 0, 0
+            state.scalars["pivots"], state.pivots.followed[:], state.pivots.nodes[:] = 0, 0, -1
             state.scalars["residual"] = 0.0
             respond(state)
         resolved = answer_violations(compiled)
@@ -305,19 +305,16 @@ def new_scalars(displacement: float, direction: Direction) -> Scalars:
     return scalars
 
 
-def new_pivots(entries: int, length: int) -> Pivots:
+def new_pivots(entries: int, length: int, in_plane: bool) -> Pivots:
     """No pivots yet of a tableau with this number of rows, and their length."""
-    m = MOST_PIVOTS
+    most, kept = (MOST_MOVED, 0) if in_plane else (MOST_PIVOTS, MOST_PIVOTS)
     return Pivots(
-        rows=np.zeros((m, 2, length)),
-        inverses=np.zeros((m, 4)),
-        nodes=np.zeros(m, np.int64),
+        rows=np.zeros((kept, 2, length)),
+        inverses=np.zeros((kept, 4)),
+        nodes=np.full(most, -1, np.int64),
         followed=np.zeros(entries, np.int64),
-        meetings=np.zeros((m, 5, m)),
-        twins=np.zeros(m, np.int64),
-        entries=np.zeros((2, 2, m)),
-        factors=np.zeros((2, m, 2)),
-        chosen=np.zeros(m, np.int64),
+        factors=np.zeros((2, most, 2)),
+        lacking=np.zeros(most, np.int64),
     )
 
 

@@ -5,12 +5,13 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.compiled import declare_kernel
-from nanoslip.solver.contact.kernels.pivots import note_meetings
+from nanoslip.solver.contact.kernels.pivots import Pivots, find_place
 from nanoslip.solver.contact.kernels.state import (
     BLUR,
     EventKind,
     KernelConstants,
     KernelState,
+    Plane,
     Rise,
     Stop,
     add_two_rows,
@@ -34,6 +35,43 @@ REFRESH_CHANGES = 64
 """Touches and releases after which response and rate are summed afresh."""
 
 
+@declare_kernel()
+def _has_room(plane: Plane | None, pivots: Pivots, noted: int, i: int) -> bool:
+    """True if a pivot of node i can be noted beside the noted ones (`Scalars.pivots`)."""
+    if plane is not None:
+        return find_place(pivots.nodes, i) < len(pivots.nodes)
+    return noted < len(pivots.nodes)
+
+
+@declare_kernel()
+def _note_pivot(plane: Plane | None, state: KernelState, i: int, ia: float, ib: float, ic: float, id_: float) -> None:
+    """Note the pivot of node i, for rows that follow later. ia … id_: A⁻¹."""
+    n, pivots, scalars = len(state.x), state.pivots, state.scalars
+    if plane is not None:
+        place = find_place(pivots.nodes, i)
+        pivots.nodes[place] = i
+        scalars.pivots ^= 1 << place
+        return
+    k = scalars.pivots
+    pivots.nodes[k] = i
+    inverse = pivots.inverses[k]
+    inverse[0], inverse[1] = ia, ib
+    inverse[2], inverse[3] = ic, id_
+    for j in range(state.tableau.shape[1]):
+        pivots.rows[k, 0, j] = state.tableau[i, j]
+        pivots.rows[k, 1, j] = state.tableau[n + i, j]
+    scalars.pivots = k + 1
+
+
+@declare_kernel()
+def _follow_in_moved_nodes(plane: Plane | None, state: KernelState) -> None:
+    """Let the rows of all moved nodes of a plane follow the last pivot, as other rows follow by means of these."""
+    if plane is not None:
+        for k in range(len(state.pivots.nodes)):
+            if state.pivots.nodes[k] >= 0:
+                follow_pivots(state, state.pivots.nodes[k])
+
+
 @declare_kernel(entry=True)
 def pivot(state: KernelState, i: int) -> bool:
     """Exchange inputs and responses of node i (a principal pivot with a 2 × 2 block); False where the block is singular."""
@@ -41,7 +79,7 @@ def pivot(state: KernelState, i: int) -> bool:
     p, q = i, n + i
     t, pivots, scalars = state.tableau, state.pivots, state.scalars
     # Full: a row that lags behind could never follow a pivot that is not noted.
-    if scalars.pivots == len(pivots.nodes):
+    if not _has_room(state.plane, pivots, scalars.pivots, i):
         follow_all(state)
     follow_pivots(state, i)
     # The block itself is [[a, b], [c, d]]: storage is transposed.
@@ -54,25 +92,17 @@ def pivot(state: KernelState, i: int) -> bool:
         return False
     # Responses of the node y = A x + rest, solved for its inputs: x = A⁻¹ (y - rest).
     ia, ib, ic, id_ = d / determinant, -b / determinant, -c / determinant, a / determinant
-    row_p, row_q, k = t[p], t[q], scalars.pivots
-    pivots.nodes[k] = i
-    inverse = pivots.inverses[k]
-    inverse[0], inverse[1] = ia, ib
-    inverse[2], inverse[3] = ic, id_
-    for j in range(t.shape[1]):
-        pivots.rows[k, 0, j] = row_p[j]
-        pivots.rows[k, 1, j] = row_q[j]
-    if state.plane is not None:
-        note_meetings(pivots, k, n)
-    scalars.pivots = k + 1
+    row_p, row_q = t[p], t[q]
+    _note_pivot(state.plane, state, i, ia, ib, ic, id_)
     # These two rows change here and now; every other one follows when it is next read.
-    pivots.followed[p], pivots.followed[q] = k + 1, k + 1
+    pivots.followed[p], pivots.followed[q] = scalars.pivots, scalars.pivots
     for j in range(2 * n + 1):  # whole rows at once would take numba longer to compile
         first, second = row_p[j], row_q[j]
         row_p[j], row_q[j] = ia * first + ic * second, ib * first + id_ * second
     # The loop has run over the block too and left the unit matrix there, where A⁻¹ belongs.
     t[p, p], t[p, q] = ia, ic
     t[q, p], t[q, q] = ib, id_
+    _follow_in_moved_nodes(state.plane, state)
     for row in (p, q):
         state.inputs[row], state.response[row] = state.response[row], state.inputs[row]
     state.contact[i] = not state.contact[i]

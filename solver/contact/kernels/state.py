@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.compiled import declare_kernel
-from nanoslip.solver.contact.kernels.pivots import Pivots, follow_one, follow_two
+from nanoslip.solver.contact.kernels.pivots import Pivots, follow_moved, follow_one, follow_two_moved
 
 # Kinds of events, and why a kernel stops: each named in this one place.
 
@@ -96,7 +96,8 @@ class Scalars(Protocol):
     touches_near_end: int
     """Touches near the ends of the window."""
     pivots: int
-    """Pivots that some rows of the tableau may not have followed yet (`Pivots`)."""
+    """Number of pivots that some rows of the tableau may not have followed yet (`Pivots`); on a plane the moved nodes that are on
+    their other side now, a bit each."""
     unchecked: int
     """Touches and releases since the equilibrium residual was last computed."""
 
@@ -426,7 +427,15 @@ RESIDUAL_LIMIT = 1e-11
 @declare_kernel()
 def follow_row(state: KernelState, j: int) -> None:
     """Let row j of the tableau follow the pivots that it has not followed yet."""
-    follow_one(state.tableau, state.pivots, j, state.scalars.pivots, len(state.x))
+    _follow_row(state.plane, state, j)
+
+
+@declare_kernel()
+def _follow_row(plane: Plane | None, state: KernelState, j: int) -> None:
+    if plane is not None:
+        follow_moved(state.tableau, state.pivots, j, state.scalars.pivots, len(state.x))
+    else:
+        follow_one(state.tableau, state.pivots, j, state.scalars.pivots, len(state.x))
 
 
 @declare_kernel()
@@ -434,7 +443,7 @@ def _follow_node(plane: Plane | None, state: KernelState, i: int) -> None:
     """Let both tableau rows of node i follow: together on a plane of nodes; one after the other in plane strain, as
     short rows stay in a cache."""
     if plane is not None:
-        follow_two(state.tableau, state.pivots, i, state.scalars.pivots, len(state.x))
+        follow_two_moved(state.tableau, state.pivots, i, state.scalars.pivots, len(state.x))
     else:
         follow_row(state, i)
         follow_row(state, len(state.x) + i)
@@ -455,6 +464,8 @@ def follow_all(state: KernelState) -> None:
         follow_pivots(state, i)
     follow_row(state, 2 * len(state.x))
     clear(state.pivots.followed)
+    for k in range(len(state.pivots.nodes)):
+        state.pivots.nodes[k] = -1
     state.scalars.pivots = 0
 
 
