@@ -145,7 +145,6 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
 def _refresh_after_changes(state: KernelState) -> None:
     """Recompute response, rate and equilibrium residual from time to time, after changes of the contact."""
     state.scalars.changes_since_refresh += 1
-    state.scalars.unchecked += 1
     if state.scalars.changes_since_refresh < REFRESH_CHANGES:
         return
     state.scalars.changes_since_refresh = 0
@@ -558,57 +557,112 @@ def next_event(state: KernelState, constants: KernelConstants, blur: float) -> t
     Of ties (within TIE, or within `blur`, the rounding error of a step) it is the node further ahead: which of two mirror nodes
     comes first is not left to rounding.
     """
-    n = len(state.x)
-    nearest, kind, node = np.inf, EventKind.NOTHING, -1
-    # Slips and releases are cheap to find: once known, no search along a rough pin goes further.
-    horizon = _horizon(constants.pin.rise, state, constants.slip.opposite)
+    n, opposite = len(state.x), constants.slip.opposite
+    y, rate, steps = state.response, state.rate, state.work[0, : len(state.x)]
+    friction, strength = state.node_friction, state.node_strength
     # All is linear in the step but gaps, which are quadratic: each node has its step in closed form.
+    _find_steps_to_limits(y[:n], y[n : 2 * n], rate[:n], rate[n : 2 * n], friction, strength, opposite, steps)
+    # Slips and releases are cheap to find: once known, no search along a rough pin goes further.
+    horizon = _horizon(constants.pin.rise, state.contact, steps)
+    nearest, kind, node = np.inf, EventKind.NOTHING, -1
     for k in range(n):
         i = from_front(k, n, state.scalars.ahead)
-        if state.contact[i]:
-            step, what = _step_to_limit(state, constants.slip.opposite, i)
-        else:
-            step, what = _step_to_touch(state, constants, i, min(nearest, horizon)), EventKind.TOUCH
+        step = steps[i] if state.contact[i] else _step_to_touch(state, constants, i, min(nearest, horizon))
         # Of ties the first node met stays, but the step is the smallest of theirs: no limit is passed.
         if step < nearest * (1.0 - TIE) - blur:
-            kind, node = what, i
+            node = i
         nearest = min(nearest, step)
+    if node >= 0:
+        kind = EventKind.TOUCH
+        if state.contact[node]:
+            along, down = rate[node], rate[n + node]
+            slip = _step_to_slip(y[node], y[n + node], along, down, friction[node], strength[node], opposite)
+            kind = EventKind.RELEASE if _comes_first(_step_to_release(y[n + node], down), slip) else EventKind.SLIP
     return nearest, kind, node
 
 
 @declare_kernel()
-def _horizon(rise: Rise | None, state: KernelState, opposite: float) -> float:
-    """Step beyond which touches are not searched: that of the next slip or release, as a search along a rough pin takes time."""
+def _horizon(rise: Rise | None, contact: NDArray[np.bool_], steps: Floats) -> float:
+    """Step beyond which touches are not searched: that of the next slip or release, as a search along a rough pin takes time.
+
+    steps: of nodes in contact to their limits."""
     nearest = np.inf
     if rise is None:
         return nearest
-    for i in range(len(state.x)):
-        if state.contact[i]:
-            nearest = min(nearest, _step_to_limit(state, opposite, i)[0])
+    for i in range(len(contact)):
+        if contact[i]:
+            nearest = min(nearest, steps[i])
     return float(nearest * (1.0 + 1e-9))  # what comes first by rounding alone is still seen
 
 
-@declare_kernel()
-def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, EventKind]:
-    """Step at which contact node i slips (limited shear = its limit) or is released (pressure = 0)."""
-    n = len(state.x)
-    pressure, pressure_rate = -state.response[n + i], -state.rate[n + i]
+@declare_kernel(error_model="numpy")
+def _find_steps_to_limits(
+    shear: Floats,
+    normal: Floats,
+    shear_rate: Floats,
+    normal_rate: Floats,
+    node_friction: Floats,
+    node_strength: Floats,
+    opposite: float,
+    steps: Floats,
+) -> None:
+    """Find the steps at which contact nodes slip (limited shear = its limit) or are released (pressure = 0), all (n,); of free
+    nodes they mean nothing. In a loop without branches, for vector instructions."""
+    for i in range(len(steps)):
+        along, down = shear_rate[i], normal_rate[i]
+        slip = _step_to_slip(shear[i], normal[i], along, down, node_friction[i], node_strength[i], opposite)
+        release = _step_to_release(normal[i], down)
+        steps[i] = release if _comes_first(release, slip) else slip
+
+
+@declare_kernel(inline="always")
+def _step_to_release(normal: float, normal_rate: float) -> float:
+    """Step at which a node's pressure, the negative of its normal entry, is 0."""
     # Below 0 by rounding: released where it is, not at a step back.
-    release = max(pressure, 0.0) / -pressure_rate if pressure_rate < 0.0 else np.inf
-    mu = state.node_friction[i]
-    slip = np.inf
-    if mu < np.inf:
-        for sign in (1.0, opposite):
-            # Shear and pressure are linear in the step, and so is ±shear - (μ_i p + τ_0·area), which rises to 0.
-            excess = sign * state.response[i] - mu * pressure - state.node_strength[i]
-            excess_rate = sign * state.rate[i] - mu * pressure_rate
-            # The factor 0 stands for shear against the drag that is not limited: it has no limit to reach.
-            if excess_rate > 0.0 and sign != 0.0:
-                slip = min(slip, max(-excess, 0.0) / excess_rate)
-    # Both at once: the node has nothing left that presses it to the pin, and goes with the shear that it bears.
-    if release <= slip * (1.0 + 1e-12):
-        return release, EventKind.RELEASE
-    return slip, EventKind.SLIP
+    return max(-normal, 0.0) / normal_rate if normal_rate > 0.0 else np.inf
+
+
+@declare_kernel(inline="always")
+def _step_to_slip(
+    shear: float,
+    normal: float,
+    shear_rate: float,
+    normal_rate: float,
+    friction: float,
+    strength: float,
+    opposite: float,
+) -> float:
+    """Step at which a node's limited shear is its limit."""
+    # The factor 0 stands for shear against the drag that is not limited: it has no limit to reach.
+    forward = _step_of_sign(1.0, shear, normal, shear_rate, normal_rate, friction, strength)
+    backward = _step_of_sign(opposite, shear, normal, shear_rate, normal_rate, friction, strength)
+    return min(forward, backward if opposite != 0.0 else np.inf)
+
+
+@declare_kernel(inline="always")
+def _step_of_sign(
+    sign: float,
+    shear: float,
+    normal: float,
+    shear_rate: float,
+    normal_rate: float,
+    friction: float,
+    strength: float,
+) -> float:
+    """Step at which a node's shear of this sign is its limit."""
+    pressure, pressure_rate = -normal, -normal_rate
+    # Shear and pressure are linear in the step, and so is ±shear - (μ_i p + τ_0·area), which rises to 0.
+    excess = sign * shear - friction * pressure - strength
+    excess_rate = sign * shear_rate - friction * pressure_rate
+    # `&`, as `and` is a branch. An infinite μ_i has no limit.
+    return max(-excess, 0.0) / excess_rate if (excess_rate > 0.0) & (friction < np.inf) else np.inf
+
+
+@declare_kernel(inline="always")
+def _comes_first(release: float, slip: float) -> bool:
+    """True if a node is released, not slipped; both at once: it has nothing left that presses it to the pin, and goes with the
+    shear that it bears."""
+    return release <= slip * (1.0 + 1e-12)
 
 
 @declare_kernel(inline="always")

@@ -17,7 +17,6 @@ from nanoslip.solver.contact.kernels.state import (
     SlipConstants,
     Stop,
     advance_path,
-    count,
     equilibrium_residual,
     start_event,
     total_shear,
@@ -118,15 +117,14 @@ CHECK_EVENTS = 64
 
 WIDE = 256
 """Nodes of a window above which its matrix, no longer in a processor's cache, is read for the residual less often."""
-CHECK_CHANGES, CHECK_WIDE = 16, 1024
-"""Touches and releases, and events, after which the residual of a wide window is computed."""
+CHECK_WIDE = 1024
+"""Events after which the residual of a wide window is computed, beside that after REFRESH_CHANGES."""
 
 
 @declare_kernel(inline="always")
 def _is_due(state: KernelState, event: int) -> bool:
     """True if the equilibrium residual is to be computed after this event, one with changes or the last of CHECK_EVENTS."""
-    wide = len(state.x) > WIDE
-    return bool(not wide or state.scalars.unchecked >= CHECK_CHANGES or event % CHECK_WIDE == 0)
+    return len(state.x) <= WIDE or event % CHECK_WIDE == 0
 
 
 @declare_kernel(inline="always")
@@ -150,25 +148,26 @@ def stretching(state: KernelState) -> float:
 
 
 @declare_kernel(inline="always")
-def overshoot(state: KernelState, opposite: float) -> float:
-    """Excess of limited shear over its limits, summed over all nodes."""
-    n, total = len(state.x), 0.0
+def limits_and_overshoot(state: KernelState, constants: SlipConstants) -> tuple[float, float]:
+    """Limits of shear of all nodes in contact (`limits_together`), and the excess of limited shear over them, each summed: in one
+    loop, as one sum waits for its last addition and two wait together."""
+    n, limits, beyond = len(state.x), constants.friction_bound, 0.0
     # NaN, of a free node or one that never slips, is not above 0 and adds nothing.
     for i in range(n):
+        limits += state.node_strength[i] if state.contact[i] else 0.0
         borne = state.node_strength[i] - state.active_friction[i] * state.response[n + i]
-        excess = limit_shear(state.response[i], opposite) - borne
-        total += excess if excess > 0.0 else 0.0
-    return total
+        excess = limit_shear(state.response[i], constants.opposite) - borne
+        beyond += excess if excess > 0.0 else 0.0
+    return limits, beyond
 
 
 @declare_kernel(inline="always")
-def _floor(state: KernelState, constants: SlipConstants, stiffness: float) -> float:
+def _floor(state: KernelState, constants: SlipConstants, stiffness: float, limits: float) -> float:
     """The smallest step along the path; of a load, `load_floor`, or a smaller step that pushes shear beyond its
     limits by half of OVERSHOOT.
 
-    stiffness: as from `stretching`.
+    stiffness: as from `stretching`. limits: of all nodes together; with larger ones it is no shorter.
     """
-    limits = limits_together(state, constants)
     # A moving pin has lengths to count in, a growing load has not.
     if state.scalars.pin_rate != 0.0:
         return float(smallest_step(constants, limits, stiffness, abs(state.scalars.displacement)))
@@ -181,6 +180,15 @@ def _floor(state: KernelState, constants: SlipConstants, stiffness: float) -> fl
 
 
 @declare_kernel(inline="always")
+def _lengthen_step(state: KernelState, constants: SlipConstants, stiffness: float, step: float) -> float:
+    """The step, or the smallest one if that is longer."""
+    # Nearly all steps are longer than any smallest one, for which no limits need to be summed.
+    if step >= _floor(state, constants, stiffness, np.inf):
+        return step
+    return max(step, _floor(state, constants, stiffness, limits_together(state, constants)))
+
+
+@declare_kernel(inline="always")
 def _remaining_length(state: KernelState, until: float) -> float:
     """Length of the path up to δ_p = until, or up to this load where the pin rests."""
     scalars = state.scalars
@@ -188,6 +196,17 @@ def _remaining_length(state: KernelState, until: float) -> float:
         # The last input is -W.
         return float((until + state.inputs[2 * len(state.x)]) * scalars.load_rate)
     return float((until - scalars.displacement) * scalars.pin_rate)
+
+
+@declare_kernel(inline="always")
+def _sum_over_contact(state: KernelState) -> tuple[float, float, int]:
+    """Shear and its rate, summed over the nodes in contact, and the number of these."""
+    shear, shear_rate, nodes = 0.0, 0.0, 0
+    for i in range(len(state.x)):
+        shear += state.response[i] if state.contact[i] else 0.0
+        shear_rate += state.rate[i] if state.contact[i] else 0.0
+        nodes += state.contact[i]
+    return shear, shear_rate, nodes
 
 
 @declare_kernel(entry=True)
@@ -215,14 +234,15 @@ def follow_path(
             advance_path(state, left)
             return Stop.DONE, e
         # A floor beyond the end of the run does not hide the event before it.
-        advance_path(state, min(max(step, _floor(state, constants.slip, stiffness)), left))
+        advance_path(state, min(_lengthen_step(state, constants.slip, stiffness, step), left))
         note_trigger(events, e, scalars, total_shear(state.contact, state.response), kind, node)
         status = answer_event(state, constants, kind, node)
         if status != Stop.DONE:
             return status, e
-        note_event(events, e, scalars, total_shear(state.contact, state.response), count(state.contact))
+        force, force_rate, nodes = _sum_over_contact(state)
+        note_event(events, e, scalars, force, nodes)
         # The rate is per step along the path: backward it has the other sign per displacement.
-        events.stiffness[e] = total_shear(state.contact, state.rate) * scalars.pin_rate
+        events.stiffness[e] = force_rate * scalars.pin_rate
         events.extent[e] = add_slips(node_slips, state.node_slips)
         events.load[e] = -state.inputs[2 * len(state.x)]
         if scalars.touches_near_end or has_left_window(
@@ -234,7 +254,6 @@ def follow_path(
             # Slips follow the parabola exactly but for rounding, which no later slip would undo.
             project_onto_pin(state, constants)
             if _is_due(state, e):
-                scalars.unchecked = 0
                 scalars.residual = max(scalars.residual, equilibrium_residual(state))
         if scalars.residual > RESIDUAL_LIMIT:
             return Stop.INACCURATE, e + 1
@@ -261,7 +280,7 @@ def answer_event(state: KernelState, constants: KernelConstants, kind: EventKind
     """Run the cascade of an event; DONE, or why the event is invalid."""
     start_event(state.scalars, state.node_slips)
     # Before the cascade, which would hide that the step went too far.
-    limits, beyond = limits_together(state, constants.slip), overshoot(state, constants.slip.opposite)
+    limits, beyond = limits_and_overshoot(state, constants.slip)
     if overshot(constants.slip, limits, beyond, len(state.x)):
         return Stop.OVERSHOT
     last = 2 * len(state.x)

@@ -98,8 +98,6 @@ class Scalars(Protocol):
     pivots: int
     """Number of pivots that some rows of the tableau may not have followed yet (`Pivots`); on a plane the moved nodes that are on
     their other side now, a bit each."""
-    unchecked: int
-    """Touches and releases since the equilibrium residual was last computed."""
 
     def __getitem__(self, name: str) -> Any: ...
     def __setitem__(self, name: str, value: float) -> None: ...
