@@ -16,6 +16,7 @@ import numpy as np
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.regime import CriticalVelocity
+from nanoslip.solver.dynamics.stick_slip import StickSlipFit
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES, Effect
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
@@ -244,7 +245,10 @@ def scene_tasks(
         tasks += [("", task) for task in (*batches, record)]
     is_asked_for = bool({*names} & quantities(CriticalVelocity).keys())
     critical = manifest.outputs.critical and is_asked_for
-    asked = {"scalars_only": True, "fitted": manifest.outputs.fit, "critical": critical}
+    # A fit takes longer than its drive.
+    of_fit = {quantity.name for quantity in quantities(StickSlipFit, "fitted_").values()}
+    fitted = manifest.outputs.fit and bool({*names} & of_fit)
+    asked = {"scalars_only": True, "fitted": fitted, "critical": critical}
     for label, drive in drives.items():
         tasks.append((label, drive_task(case, drive, ensemble, **asked)))
     compliance = compliance_task(case.slab)

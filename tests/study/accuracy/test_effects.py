@@ -10,7 +10,7 @@ import pytest
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES
 from nanoslip.solver.ensemble import mean_of
-from nanoslip.study.accuracy.effects import Change, Influence, find_verdict, influences, select_scenes
+from nanoslip.study.accuracy.effects import Change, Influence, find_verdict, influences, scene_tasks, select_scenes
 from nanoslip.study.api import run
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.reader import load_manifest
@@ -76,6 +76,16 @@ def test_a_change_is_that_of_two_campaigns(tmp_path, text, changes, variable, gr
 def test_what_is_not_there_is_not_listed(tmp_path):
     """A smooth pin, one μ_i, no drive; coupling is off."""
     assert {each.effect for each in found_in(tmp_path, SLIP + UNCOUPLED)} == {"pin_translation", "finite_slab"}
+
+
+@pytest.mark.parametrize(("number", "fitted"), [("static_friction", False), ("fit_residual", True)])
+def test_a_drive_is_fitted_where_a_number_of_its_fit_is_asked_for(tmp_path, number, fitted):
+    """A fit takes longer than its drive."""
+    (tmp_path / "mine.toml").write_text(PULLED)
+    manifest = load_manifest(tmp_path / "mine.toml")
+    scenes = select_scenes(manifest, list(expand(manifest)), 1)
+    tasks = scene_tasks(manifest, scenes.cases[0].case, scenes.drives, scenes.ensemble, (number,))
+    assert [task.fitted for _, task in tasks if task.kind == "drive"] == [fitted]
 
 
 def test_without_inertia_a_drive_has_a_light_pin_and_the_same_spring_damper_and_stage():
