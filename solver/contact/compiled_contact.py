@@ -12,7 +12,7 @@ from nanoslip.solver.arrays import Nodes, Vector, Window
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve_violations
 from nanoslip.solver.contact.kernels.path import Events
-from nanoslip.solver.contact.kernels.pivots import MOST_MOVED, MOST_PIVOTS, Pivots
+from nanoslip.solver.contact.kernels.pivots import EXCHANGE_SIZE, MOST_PIVOTS, Pivots
 from nanoslip.solver.contact.kernels.state import (
     FORWARD,
     RESIDUAL_LIMIT,
@@ -307,14 +307,14 @@ def new_scalars(displacement: float, direction: Direction) -> Scalars:
 
 def new_pivots(entries: int, length: int, in_plane: bool) -> Pivots:
     """No pivots yet of a tableau with this number of rows, and their length."""
-    most, kept = (MOST_MOVED, 0) if in_plane else (MOST_PIVOTS, MOST_PIVOTS)
+    most, kept = (EXCHANGE_SIZE, 0) if in_plane else (MOST_PIVOTS, MOST_PIVOTS)
     return Pivots(
         rows=np.zeros((kept, 2, length)),
         inverses=np.zeros((kept, 4)),
         nodes=np.full(most, -1, np.int64),
         followed=np.zeros(entries, np.int64),
         factors=np.zeros((2, most, 2)),
-        lacking=np.zeros(most, np.int64),
+        sources=np.zeros(most, np.int64),
     )
 
 

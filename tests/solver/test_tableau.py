@@ -11,7 +11,7 @@ from nanoslip.solver.contact import compiled_contact, normal, tableau
 from nanoslip.solver.contact.disc import wider
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.events import pivot
-from nanoslip.solver.contact.kernels.pivots import MOST_MOVED
+from nanoslip.solver.contact.kernels.pivots import EXCHANGE_SIZE
 from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, equilibrium_residual, follow_all, respond
 from nanoslip.solver.elasticity.compliance import FEW_NODES, surface_compliance
 from nanoslip.solver.slab import Slab
@@ -117,7 +117,7 @@ def test_a_record_has_the_same_bits_whatever_the_process_has_set_up_before():
     """The base is shared, so it follows from the case alone: not from other loads, nor from where this record has been."""
     fresh = slide(CASE, COMPLIANCE)
     assert fresh.outcome.ok
-    assert fresh.touches.sum() + fresh.releases.sum() > MOST_MOVED
+    assert fresh.touches.sum() + fresh.releases.sum() > EXCHANGE_SIZE
     for before in (replace(CASE, normal_load=2e-3), replace(CASE, start=0.9), CASE):
         slide(replace(before, max_events=200), COMPLIANCE)
         again = slide(CASE, COMPLIANCE)
@@ -168,10 +168,10 @@ def test_rows_that_follow_late_are_those_of_the_inverse(state, order, repeats):
     orders = {
         "nested": [a, b, c, c, b, d, d, a, c],
         "crossing": [a, b, a, c, b, a, c, d],
-        "random": np.random.default_rng(2).choice([a, b, c, d, int(contact[5])], 3 * MOST_MOVED).tolist(),
+        "random": np.random.default_rng(2).choice([a, b, c, d, int(contact[5])], 3 * EXCHANGE_SIZE).tolist(),
         "many": [*free.tolist(), *contact[::2].tolist()],
     }
-    assert len(orders["many"]) > MOST_MOVED
+    assert len(orders["many"]) > EXCHANGE_SIZE
     window = window_of(state)
     for step, node in enumerate(orders[order] * repeats):
         assert pivot(state, node)

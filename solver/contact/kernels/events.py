@@ -36,11 +36,11 @@ REFRESH_CHANGES = 64
 
 
 @declare_kernel()
-def _has_room(plane: Plane | None, pivots: Pivots, noted: int, i: int) -> bool:
-    """True if a pivot of node i can be noted beside the noted ones (`Scalars.pivots`)."""
+def _has_room(plane: Plane | None, pivots: Pivots, pivot_count: int, i: int) -> bool:
+    """True if a pivot of node i can be noted, beside `Scalars.pivots`."""
     if plane is not None:
         return find_place(pivots.nodes, i) < len(pivots.nodes)
-    return noted < len(pivots.nodes)
+    return pivot_count < len(pivots.nodes)
 
 
 @declare_kernel()
@@ -64,8 +64,8 @@ def _note_pivot(plane: Plane | None, state: KernelState, i: int, ia: float, ib: 
 
 
 @declare_kernel()
-def _follow_in_moved_nodes(plane: Plane | None, state: KernelState) -> None:
-    """Let the rows of all moved nodes of a plane follow the last pivot, as other rows follow by means of these."""
+def _follow_in_exchange(plane: Plane | None, state: KernelState) -> None:
+    """Let the rows of the exchange on a plane follow the last pivot, as other rows follow by means of these."""
     if plane is not None:
         for k in range(len(state.pivots.nodes)):
             if state.pivots.nodes[k] >= 0:
@@ -102,7 +102,7 @@ def pivot(state: KernelState, i: int) -> bool:
     # The loop has run over the block too and left the unit matrix there, where A⁻¹ belongs.
     t[p, p], t[p, q] = ia, ic
     t[q, p], t[q, q] = ib, id_
-    _follow_in_moved_nodes(state.plane, state)
+    _follow_in_exchange(state.plane, state)
     for row in (p, q):
         state.inputs[row], state.response[row] = state.response[row], state.inputs[row]
     state.contact[i] = not state.contact[i]

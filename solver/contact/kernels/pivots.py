@@ -16,8 +16,8 @@ number of times. Let P be the entries of all of these, and R their rows as they 
     r - r[P] R    with 0 in place of r[P] in r:
 
 with the tableau T from before the pivots, R is T[P, P]⁻¹ T[P, others] and T[P, P]⁻¹ in the entries P, and the row of others
-is r - r[P] T[P, P]⁻¹ T[P, others], and -r[P] T[P, P]⁻¹ in the entries P. So the nodes that have changed sides lately, the moved
-ones, follow every pivot at once, and another row is read from memory once for all that it lacks.
+is r - r[P] T[P, P]⁻¹ T[P, others], and -r[P] T[P, P]⁻¹ in the entries P. So the rows of the nodes that have changed sides lately,
+the exchange, follow every pivot at once, and another row is read from memory once for all that it lacks.
 """
 
 from typing import NamedTuple
@@ -39,21 +39,21 @@ class Pivots(NamedTuple):
     inverses: Floats
     """(m, 4) A⁻¹, row by row."""
     nodes: Numbers
-    """(m,) node of each pivot; on a plane the moved nodes, each once, and -1 where there is room for another."""
+    """(m,) node of each pivot; on a plane the nodes of the exchange, each once, and -1 where there is room for another."""
     followed: Numbers
-    """(N,) number of the last pivots that each row has followed; on a plane the moved nodes, a bit each, that were on their other
-    side when it last followed."""
+    """(N,) number of the last pivots that each row has followed; on a plane the nodes of the exchange, a bit each, that were on
+    their other side when it last followed."""
     factors: Floats
-    """(2, m, 2) entries of two rows that are to follow, in the columns of the nodes that they lack."""
-    lacking: Numbers
-    """(m,) these nodes."""
+    """(2, m, 2) factors of rows of the exchange that are added to two other rows."""
+    sources: Numbers
+    """(m,) the nodes of these rows."""
 
 
 # 2 rows of 400 numbers for each of 16 pivots are 100 kB.
 MOST_PIVOTS = 16
 """Pivots that rows of the tableau may follow later: their rows fit a processor's cache."""
-MOST_MOVED = 32
-"""Moved nodes of a plane. At each pivot their rows follow, at each 32 further nodes those of all, some thousand: as much work."""
+EXCHANGE_SIZE = 32
+"""Nodes of an exchange. At each pivot their rows follow, at each 32 further nodes those of all, some thousand: as much work."""
 
 
 @declare_kernel()
@@ -80,7 +80,7 @@ def add_two(total: Floats, first: float, row_1: Floats, second: float, row_2: Fl
 
 @declare_kernel(inline="always")
 def find_place(nodes: Numbers, i: int) -> int:
-    """Place of node i among moved ones, or else of the first that is free; their number if there is none."""
+    """Place of node i in the exchange, or else of the first that is free; their number if there is none."""
     for k in range(len(nodes)):
         if nodes[k] == i or nodes[k] < 0:
             return k
@@ -88,45 +88,45 @@ def find_place(nodes: Numbers, i: int) -> int:
 
 
 @declare_kernel()
-def follow_moved(tableau: Floats, pivots: Pivots, j: int, moved: int, n: int) -> None:
-    """Let row j follow the moved nodes, which are on their other side where `moved` has a bit."""
-    count = _take_factors(tableau[j], pivots, pivots.followed[j] ^ moved, pivots.factors[0], n)
+def follow_exchange(tableau: Floats, pivots: Pivots, j: int, exchange: int, n: int) -> None:
+    """Let row j follow the exchange, given by a bit for each of its nodes that is on its other side."""
+    count = _take_factors(tableau[j], pivots, pivots.followed[j] ^ exchange, pivots.factors[0], n)
     for k in range(count):
-        node, factors = pivots.lacking[k], pivots.factors[0, k]
+        node, factors = pivots.sources[k], pivots.factors[0, k]
         add_two(tableau[j], factors[0], tableau[node], factors[1], tableau[n + node])
-    pivots.followed[j] = moved
+    pivots.followed[j] = exchange
 
 
 @declare_kernel()
-def follow_two_moved(tableau: Floats, pivots: Pivots, i: int, moved: int, n: int) -> None:
-    """Let both rows of node i follow the moved nodes as `follow_moved` does, several in one pass over both."""
-    j, factors, lacking = n + i, pivots.factors, pivots.lacking
-    lacked = pivots.followed[i] ^ moved
-    count = _take_factors(tableau[i], pivots, lacked, factors[0], n)
-    _take_factors(tableau[j], pivots, lacked, factors[1], n)
+def follow_exchange_of_node(tableau: Floats, pivots: Pivots, i: int, exchange: int, n: int) -> None:
+    """Let both rows of node i follow the exchange as `follow_exchange` does, several in one pass over both."""
+    j, factors, sources = n + i, pivots.factors, pivots.sources
+    difference = pivots.followed[i] ^ exchange
+    count = _take_factors(tableau[i], pivots, difference, factors[0], n)
+    _take_factors(tableau[j], pivots, difference, factors[1], n)
     some = 0
     while some + 4 <= count:
-        _add_four(tableau, i, j, factors, lacking, some, n)
+        _add_four(tableau, i, j, factors, sources, some, n)
         some += 4
     if some + 2 <= count:
-        _add_pair(tableau, i, j, factors, lacking, some, n)
+        _add_pair(tableau, i, j, factors, sources, some, n)
         some += 2
     if some < count:
-        _add_one(tableau, i, j, factors, lacking, some, n)
-    pivots.followed[i], pivots.followed[j] = moved, moved
+        _add_one(tableau, i, j, factors, sources, some, n)
+    pivots.followed[i], pivots.followed[j] = exchange, exchange
 
 
 @declare_kernel()
-def _take_factors(row: Floats, pivots: Pivots, lacked: int, factors: Floats, n: int) -> int:
+def _take_factors(row: Floats, pivots: Pivots, difference: int, factors: Floats, n: int) -> int:
     """Take the entries in the columns of the nodes that a row lacks, a bit each, out of it: less them are its factors, (m, 2).
-    Notes these nodes and returns their number."""
+    Notes these nodes as sources and returns their number."""
     count = 0
     for k in range(len(pivots.nodes)):
-        if (lacked >> k) & 1:
+        if (difference >> k) & 1:
             p, q = pivots.nodes[k], n + pivots.nodes[k]
             factors[count, 0], factors[count, 1] = -row[p], -row[q]
             row[p], row[q] = 0.0, 0.0
-            pivots.lacking[count] = pivots.nodes[k]
+            pivots.sources[count] = pivots.nodes[k]
             count += 1
     return count
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.compiled import declare_kernel
-from nanoslip.solver.contact.kernels.pivots import Pivots, follow_moved, follow_one, follow_two_moved
+from nanoslip.solver.contact.kernels.pivots import Pivots, follow_exchange, follow_exchange_of_node, follow_one
 
 # Kinds of events, and why a kernel stops: each named in this one place.
 
@@ -96,8 +96,8 @@ class Scalars(Protocol):
     touches_near_end: int
     """Touches near the ends of the window."""
     pivots: int
-    """Number of pivots that some rows of the tableau may not have followed yet (`Pivots`); on a plane the moved nodes that are on
-    their other side now, a bit each."""
+    """Number of pivots that some rows of the tableau may not have followed yet (`Pivots`); on a plane the nodes of the exchange
+    that are on their other side now, a bit each."""
 
     def __getitem__(self, name: str) -> Any: ...
     def __setitem__(self, name: str, value: float) -> None: ...
@@ -431,7 +431,7 @@ def follow_row(state: KernelState, j: int) -> None:
 @declare_kernel()
 def _follow_row(plane: Plane | None, state: KernelState, j: int) -> None:
     if plane is not None:
-        follow_moved(state.tableau, state.pivots, j, state.scalars.pivots, len(state.x))
+        follow_exchange(state.tableau, state.pivots, j, state.scalars.pivots, len(state.x))
     else:
         follow_one(state.tableau, state.pivots, j, state.scalars.pivots, len(state.x))
 
@@ -441,7 +441,7 @@ def _follow_node(plane: Plane | None, state: KernelState, i: int) -> None:
     """Let both tableau rows of node i follow: together on a plane of nodes; one after the other in plane strain, as
     short rows stay in a cache."""
     if plane is not None:
-        follow_two_moved(state.tableau, state.pivots, i, state.scalars.pivots, len(state.x))
+        follow_exchange_of_node(state.tableau, state.pivots, i, state.scalars.pivots, len(state.x))
     else:
         follow_row(state, i)
         follow_row(state, len(state.x) + i)
