@@ -15,6 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
+from nanoslip.solver.case import PIN_SIZES
 from nanoslip.solver.ensemble import student
 from nanoslip.study.dataset.access import read_members
 from nanoslip.study.figures.points import Points, longest_rows, points_named, unevenness
@@ -120,6 +121,8 @@ class Sensitivity:
     """True if the cases are a complete product of axes."""
     unknown: str = ""
     """Reason why indices are unknown: they are NaN then."""
+    starts: int = 0
+    """Sets of starts among the cases with the number: one set is at the same places in all its cases. 0 if not counted."""
 
 
 def indices(
@@ -366,7 +369,21 @@ def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST_REGRESSED) -> Sen
     if points.text:
         raise ValueError(f"{of}: needs a number, and is words")
     errors = point_errors(points, spread_of_members(dataset, points))
-    return indices(points.name, points.axes, points.values.astype(float), errors, most)
+    values = points.values.astype(float)
+    answer = indices(points.name, points.axes, values, errors, most)
+    return replace(answer, starts=_count_starts(points.axes, np.isfinite(values)))
+
+
+DECIDING_STARTS: Final = ("normal_load", "n_x", "start", "start_y", *PIN_SIZES.values())
+"""Parameters of which the places follow where members come down (`nanoslip.solver.ensemble.draw_start`)."""
+
+
+def _count_starts(columns: Mapping[str, NDArray[Any]], is_known: NDArray[np.bool_]) -> int:
+    """Number of different sets of starts of cases with a number, from the coordinates in which cases differ, each (n,)."""
+    deciding = [columns[name][is_known].astype(float) for name in DECIDING_STARTS if name in columns]
+    if not deciding:
+        return 1
+    return len(np.unique(np.column_stack(deciding), axis=0))
 
 
 def caution(answer: Sensitivity) -> str:
@@ -385,6 +402,12 @@ def caution(answer: Sensitivity) -> str:
         told.append(f"{100.0 * answer.noise:.2g} % of the variance is that of the ±, and in no index")
         if answer.unsure:
             told.append(f"{answer.unsure} have no ±: that of the others counts for them")
+        if 0 < answer.starts < answer.known:
+            sets = "one set" if answer.starts == 1 else f"{answer.starts} sets"
+            told.append(
+                f"they have {sets} of starts, as cases of equal load, pin and n_x start at the same places and deviate together: "
+                "each ± counts as independent, so indices of what decides the starts may be less sure"
+            )
     else:
         told.append("no ± is known")
     if answer.scatter > LEAST_SCATTER:

@@ -10,8 +10,9 @@ from scipy.stats import qmc
 import nanoslip
 from nanoslip.study import shipped
 from nanoslip.study.figures.points import points_named
-from nanoslip.study.inference.sensitivity import Sensitivity, find_axis, indices
+from nanoslip.study.inference.sensitivity import Sensitivity, caution, find_axis, indices
 from nanoslip.study.inference.surrogate import regress
+from tests.study.figures.cases import product
 
 Floats = NDArray[np.float64]
 WEIGHTS = np.array([0.0, 1.0, 4.5, 9.0])
@@ -232,3 +233,18 @@ def test_the_map_of_friction_from_two_fifths_of_its_cases():
     part, full = indices("plateau", points.axes, held_out, points.errors), nanoslip.sensitivity(data, "plateau")
     assert (part.known, part.holes) == (20, 28)
     np.testing.assert_allclose(middles(part), middles(full), rtol=0.0, atol=0.02)
+
+
+def test_cases_that_share_their_starts_are_counted():
+    """μ_i and ν leave the places where members come down, load and radius do not: three radii are three sets."""
+    axes = {"intrinsic_friction": [0.3, 0.4, 0.5], "radius": [20.0, 30.0, 45.0]}
+    data = product(lambda intrinsic_friction, radius: intrinsic_friction * radius**0.1, **axes)
+    data["plateau_mean_uncertainty"] = 0.001 * data["plateau_mean"]
+    found = nanoslip.sensitivity(data, "plateau_mean")
+    assert (found.known, found.starts) == (9, 3)
+    assert "3 sets of starts" in caution(found)
+    of_each = product(lambda normal_load, radius: normal_load * radius, normal_load=[1e-3, 2e-3], radius=axes["radius"])
+    of_each["plateau_mean_uncertainty"] = 0.001 * of_each["plateau_mean"]
+    found = nanoslip.sensitivity(of_each, "plateau_mean")
+    assert found.starts == found.known == 6
+    assert "sets of starts" not in caution(found)
