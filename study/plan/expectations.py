@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case, limits_shear
 from nanoslip.solver.contact.soundness import DOWNHILL
-from nanoslip.solver.drive import FEWER_STEPS, TRAVEL, Drive
+from nanoslip.solver.drive import FEWER_RESTS, FEWER_STEPS, TRAVEL, Drive
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import FEWEST_EVENTS
 from nanoslip.solver.sliding.record import RUN_IN
@@ -30,7 +30,14 @@ from nanoslip.study.manifest.manifest import CampaignDrive, NamedDrive
 from nanoslip.study.manifest.parameters import parameters_text, si_text, span
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.tasks.compliance import compliance_needs
-from nanoslip.study.tasks.estimates import drive_duration, drive_steps, estimate_displacement, path_length, record_bytes
+from nanoslip.study.tasks.estimates import (
+    drive_duration,
+    drive_periods,
+    drive_steps,
+    estimate_displacement,
+    path_length,
+    record_bytes,
+)
 from nanoslip.study.tasks.kind import task_kinds
 from nanoslip.study.tasks.task import Task, label_value
 
@@ -293,6 +300,18 @@ ROUGH_STEPS: Final = 5.0
 def beyond_step_limit(plan: Plan) -> str:
     """Report drives that end at step_limit, however roughly their segments are known; empty if there are none."""
     return _too_many_steps(plan, ROUGH_STEPS)
+
+
+def too_many_rests(plan: Plan) -> str:
+    """Report drives whose pins swing more often than their step_limit, and may come to rest each time; empty without any."""
+    driven = [(case, drive) for _, case, _, drive in _driven(plan) if drive.max_slips is None]
+    exact = [(case, drive) for case, drive in driven if getattr(drive.integrator, "time_step", None) is None]
+    periods = [drive_periods(drive, case) for case, drive in exact]
+    many = [count for count, (_, drive) in zip(periods, exact, strict=True) if count > drive.step_limit]
+    if not many:
+        return ""
+    limit = max(drive.step_limit for _, drive in exact)
+    return f"may end at step_limit, after {limit:.2g} segments of each start, in about {max(many):.1g} periods: {FEWER_RESTS}"
 
 
 def _too_many_steps(plan: Plan, times: float = 1.0) -> str:
