@@ -48,9 +48,16 @@ def of_starts(dataset: xr.Dataset, event: int, low: float, high: float, **case: 
     return np.array([share(contact, low, high) for contact in contacts])
 
 
+def first_start(dataset: xr.Dataset) -> float:
+    """The first start: its contacts stand for all where one is drawn."""
+    return float(dataset["start"].values[0])
+
+
 def events_of(dataset: xr.Dataset, **case: Any) -> list[int]:
     """Events after which a contact is seen."""
-    return [int(event) for event in dataset.nanoslip.contact(start=0.0, **case)["event"].values.ravel()]
+    return [
+        int(event) for event in dataset.nanoslip.contact(start=first_start(dataset), **case)["event"].values.ravel()
+    ]
 
 
 def number(dataset: xr.Dataset, between: tuple[float, float], late: bool = False, **case: Any) -> Number:
@@ -100,7 +107,10 @@ def draw(dataset: xr.Dataset) -> Figure:
         left.axhline(0.1, color="0.5", linestyle=":", label="evenly")
         left.set(xlabel=typeset("shear over limit"), ylabel="share of the load")
         figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=5)
-        frames = [dataset.nanoslip.contact(event=event, start=0.0, **case) for event in events_of(dataset, **case)[:-1]]
+        first = first_start(dataset)
+        frames = [
+            dataset.nanoslip.contact(event=event, start=first, **case) for event in events_of(dataset, **case)[:-1]
+        ]
         picture = np.full((len(frames), n_x), np.nan)
         for row, contact in enumerate(frames):
             touching = np.flatnonzero(contact["pressure"].values > 0.0)

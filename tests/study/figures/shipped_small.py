@@ -71,7 +71,7 @@ SMALLER: Mapping[str, str] = {
     "n_x = [33, 33, 33, 33, 33, 33, 407, 407, 407]\nspread = [0.0, 0.1, 0.3, 0.0, 0.1, 0.3, 0.0, 0.1, 0.3]\n"
     "normal_load = [3.125e-4, 3.125e-4, 3.125e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4]",
     "findings/excess": EXCESS,
-    "findings/shares": "axes = {n_x = [129], spread = [0.0, 0.1], start = [0.0, 0.25, 0.5, 0.75]}\n"
+    "findings/shares": "axes = {n_x = [129], spread = [0.0, 0.1], start = [0.0131, 0.2631, 0.5131, 0.7631]}\n"
     "limits.events = 3100\noutputs.tractions_at = [3000, 3001, 3002, 3100]",
     "findings/fine": "axes = {n_x = [33, 65, 129], start = [0.0, 0.25, 0.5, 0.75]}",
     "findings/edge": "interface.contacts = 8\nensemble.members = 3",
