@@ -1,9 +1,10 @@
 """How often ± holds: of every number with one, in fresh cases from all over the map, against long records of other starts.
 
-`python -m tests.verification.coverage [CASES] [FIRST]` measures and writes the table, tests/verification/coverage.csv; a case
-takes some seconds, and is left out where a record would take more than MOST events. A campaign of eight members with default
-limits is compared with one of other members, whose records slide over several node spacings, so that what all short records have
-in common shows, too. A path has no other length: it is compared with more starts.
+`python -m tests.verification.coverage [CASES] [FIRST]` measures and writes the table, tests/verification/coverage.csv, of so
+many cases that slide and as many paths; a case takes some seconds, and is left out where a record would take more than MOST
+events. A campaign of eight members with default limits is compared with one of other members, whose records slide over several
+node spacings, so that what all short records have in common shows, too. A path has no other length: it is compared with more
+starts.
 """
 
 import math
@@ -208,11 +209,15 @@ def coverage(times: np.ndarray) -> tuple[float, float]:
 
 if __name__ == "__main__":
     wanted, number = (int(given) for given in (*sys.argv[1:], *("60", "0")[len(sys.argv) - 1 :]))
-    found, taken, path = list[Verdict](), 0, Path(__file__).with_suffix(".csv")
-    while taken < wanted:
-        new = list(verdicts(number))
-        taken, found = taken + bool(new), found + new
-        path.write_text(rows_as_csv(table(found)), "utf-8")  # an interrupted run leaves what it has
-        print(f"case {number}, {drawn(number).sort}: {taken if new else 'left out'}", file=sys.stderr, flush=True)
+    found, taken, path = list[Verdict](), {True: 0, False: 0}, Path(__file__).with_suffix(".csv")
+    while min(taken.values()) < wanted:
+        goes_back = drawn(number).sort == "path"
+        if taken[goes_back] < wanted:
+            new = list(verdicts(number))
+            taken[goes_back] += bool(new)
+            found += new
+            path.write_text(rows_as_csv(table(found)), "utf-8")  # an interrupted run leaves what it has
+            left = taken[goes_back] if new else "left out"
+            print(f"case {number}, {drawn(number).sort}: {left}", file=sys.stderr, flush=True)
         number += 1
     show(table(found))
