@@ -45,6 +45,7 @@ def test_every_task_is_computed_once_after_its_needs(start, ranks, what):
     assert (code, said) == (0, "100 done, 0 crashed, 100 reported\n"), errors
 
 
+@pytest.mark.slow
 def test_no_rank_only_waits(start):
     """Tasks that sleep stand for tasks that compute, so that the law holds on a busy machine too."""
     _, said, errors = ended(start("pace"))
@@ -52,6 +53,7 @@ def test_no_rank_only_waits(start):
     assert 1.0 <= float(said.splitlines()[0]) < 1.5, errors
 
 
+@pytest.mark.slow
 def test_a_defect_on_a_rank_is_told_and_the_campaign_goes_on(start):
     code, said, errors = ended(start("crash"))
     assert (code, said) == (1, "98 done, 2 crashed, 100 reported\n")

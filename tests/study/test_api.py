@@ -67,12 +67,14 @@ def numbers(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.drop_attrs()
 
 
+@pytest.mark.slow
 def test_a_file_and_a_dict_give_the_dataset_of_the_command(computed, campaign):
     with open_dataset(computed) as expected:
         xr.testing.assert_identical(run(campaign), expected.load())
         xr.testing.assert_identical(numbers(run(tomllib.loads(SMALL))), numbers(expected.load()))
 
 
+@pytest.mark.slow
 def test_a_folder_is_resumed_and_read_from(tmp_path, monkeypatch):
     out = tmp_path / "out"
     with run(TINY, out) as first:
@@ -84,6 +86,7 @@ def test_a_folder_is_resumed_and_read_from(tmp_path, monkeypatch):
     assert {path: path.stat().st_mtime_ns for path in (out / FOLDER).iterdir()} == stamps
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cut", [lambda found: found, lambda found: found.isel(normal_load=[1])], ids=["all", "a part"])
 def test_datasets_are_pickled_with_their_records(tmp_path, cut):
     """As joblib and dask.distributed send them to other processes."""

@@ -85,6 +85,7 @@ def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:
         return plan, store, load_dataset(found)
 
 
+@pytest.mark.slow
 def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path, monkeypatch):
     declare(monkeypatch, EventStatistics, LongestStep)
     monkeypatch.setattr(record, "event_statistics", counted)

@@ -55,6 +55,7 @@ def test_a_sum_in_processes_has_the_bytes_of_one(tmp_path: Path, main: Any) -> N
     assert found[0] == found[1]
 
 
+@pytest.mark.slow
 def test_a_slider_of_several_contacts_is_pulled_over_their_sum() -> None:
     """Slowly: the spring's force is friction, inertia next to nothing."""
     drive = {"name": "a", "stage_velocity": 2e-4, "duration_periods": 300, "spring_stiffness": 8e7}
@@ -87,6 +88,7 @@ def test_a_wrong_number_or_sharing_is_a_problem_of_the_file() -> None:
     assert 'interface.loads = "gaussian"' in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_look_at_a_slider_is_one_at_its_first_contact(tmp_path: Path) -> None:
     """Tractions, states after events and frames: the same as of the contact by itself, over the load that it carries."""
     outputs = {"tractions": True, "tractions_at": [0, 3]}

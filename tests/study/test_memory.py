@@ -41,6 +41,7 @@ def commanded(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     ["try radius=50 n_x=17", "run case.toml --serial"],

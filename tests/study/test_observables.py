@@ -114,6 +114,7 @@ def largest_drop(record: FrictionRecord) -> float:
     return float(np.max(record.force_before - record.force_after) / record.normal_load)
 
 
+@pytest.mark.slow
 def test_a_number_and_its_uncertainty_are_those_of_the_members(computed: Path) -> None:
     with nanoslip.open(computed / "out") as data:
         for radius in (50.0, 100.0):
@@ -225,6 +226,7 @@ def test_three_ranks_give_the_same_bytes(nanoslip: Command, tmp_path: Path) -> N
     assert (tmp_path / "ranks/results.nc").read_bytes() == (tmp_path / "alone/results.nc").read_bytes()
 
 
+@pytest.mark.slow
 def test_who_reads_executes_nothing(computed: Path, tmp_path: Path, main: Main) -> None:
     """The file of a stranger leaves a mark where it is executed."""
     folder = shutil.copytree(computed, tmp_path / "strange")
@@ -313,6 +315,7 @@ PLAIN = {
 }
 
 
+@pytest.mark.slow
 def test_python_takes_functions_and_a_changed_one_is_evaluated_anew(tmp_path: Path) -> None:
     found = []
     for factor in (1.0, 2.0):

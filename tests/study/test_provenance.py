@@ -55,6 +55,7 @@ def test_the_hash_is_of_contents_not_of_names_or_order(tmp_path):
     assert source_hash([tmp_path / "a.py", tmp_path / "b.py"]) != before
 
 
+@pytest.mark.slow
 def test_every_process_says_the_same_of_itself_from_wherever_it_is_started(environment, tmp_path):
     program = (
         "from nanoslip.study.origin import computing_origin as here; "

@@ -82,6 +82,7 @@ def test_loops_are_a_view_of_the_last_two_cycles(pulled: xr.Dataset) -> None:
     assert np.ptp(columns["position"]) < LONG
 
 
+@pytest.mark.slow
 def test_try_repeats_stroke_and_amplitude_of_stage_and_pin_in_the_units_of_a_laboratory(main) -> None:
     given = [
         "n_x=17",

@@ -232,6 +232,7 @@ def slid(slab, pin, friction, half_width):
     return float(force @ x) / LIGHT / theory.half_width, float(error), theory
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("poisson", [0.0, 1 / 3])
 @pytest.mark.parametrize(
     # The load share's error is one node's share at the ends: 1 and 0.05 % seen. The eccentricity's: 0.3 and 0.03 % at 129.

@@ -89,6 +89,7 @@ def off_finite(slab):
     return ours / elliptic_energies(0.27, slab.poisson, slab.aspect_ratio, slab.support) - 1
 
 
+@pytest.mark.slow
 @pytest.mark.everyday(2)
 @pytest.mark.parametrize(
     ("aspect_ratio", "poisson"),

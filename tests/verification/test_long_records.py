@@ -49,6 +49,7 @@ def test_the_energy_of_every_event_is_balanced(residual_shear, support, radius):
     assert worst <= 1e-10 * work, line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_x", [33, 65])
 def test_the_plateau_does_not_know_how_the_pin_came_down(n_x):
     """Means over starts differ by no more than twice their ± together, as independent means do."""

@@ -144,6 +144,7 @@ def test_friction_of_a_strong_ball_grows_as_hertz_area():
     assert power == pytest.approx(2 / 3, abs=0.02), line
 
 
+@pytest.mark.slow
 @pytest.mark.everyday(4)
 @pytest.mark.parametrize("scheme", ["half_plane", "galerkin", "half_space"])
 @pytest.mark.parametrize("residual_shear", [0.0, 0.6, 1.0])

@@ -88,6 +88,7 @@ def test_finer_operators_are_nearer_to_the_finest():
         assert error[1] < error[0] / 2, name
 
 
+@pytest.mark.slow
 def test_there_is_a_diagram_of_every_sort_of_numerics(measurement):
     assert [diagram.title for diagram in measurement.diagrams] == [
         "Elastic operator",
@@ -157,6 +158,7 @@ duration = 0.05
 """
 
 
+@pytest.mark.slow
 @pytest.mark.everyday(1)
 @pytest.mark.parametrize("scheme", ["half_space", "layer"])
 def test_every_setting_of_a_ball_is_measured(tmp_path: Path, scheme: str):
@@ -215,6 +217,7 @@ def test_series_that_are_no_rivals_have_a_front_each():
     assert replace(diagram, rivals=False).on_front.tolist() == [True, True, False]
 
 
+@pytest.mark.slow
 def test_the_command_writes_tables_and_a_picture(main: Main, tmp_path: Path):
     path = tmp_path / "mine.toml"
     path.write_text(
@@ -264,6 +267,7 @@ def test_a_campaign_is_measured_with_its_own_first_case_and_drive(tmp_path: Path
     assert (setup.title, setup.case.slab.support, setup.drive.name) == ("Mine", "bonded", "own")
 
 
+@pytest.mark.slow
 def test_a_record_without_a_plateau_drives_no_pin():
     found = measure_accuracy(replace(SMALL, case=replace(SMALL.case, max_displacement=1e-6)), QUICK)
     assert [diagram.title for diagram in found.diagrams] == ["Elastic operator", "Slip numerics", "Records"]

@@ -163,6 +163,7 @@ def test_a_velocity_on_another_spacing_has_the_unit_of_the_answer() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_try_begins_and_ends_with_its_answer_and_what_decides_it(main: Main) -> None:
     code, text, _ = main("try", "n_x=17", "presliding=3", "radius=50", "intrinsic_friction=0.25", "members=3")
     lines = text.splitlines()
@@ -225,6 +226,7 @@ def test_a_critical_velocity_that_starts_lack_names_what_they_do_instead() -> No
         )
 
 
+@pytest.mark.slow
 def test_explain_ranks_what_decides_and_a_page_begins_with_its_middle_case(main: Main, tmp_path: Path) -> None:
     file, out = tmp_path / "mine.toml", tmp_path / "out"
     file.write_text(
@@ -261,6 +263,7 @@ def test_what_decides_is_computed_once_in_a_folder_that_can_be_written(tmp_path:
     assert found == found[:1] * 3
 
 
+@pytest.mark.slow
 def test_means_of_counts_are_whole_or_have_one_digit(main: Main) -> None:
     """Of eight starts 98.375 events were shown, as if they were so exactly known: of three they are 98.333."""
     text = main("try", "n_x=17", "presliding=3", "radius=50", "members=3", "--drive", "--all")[1]

@@ -50,6 +50,7 @@ def of_members(folder: Path, text: str, name: str, variable: str, group: str) ->
     return np.asarray(dataset.nanoslip.tree[group][variable].values)[-3:]
 
 
+@pytest.mark.slow
 @pytest.mark.everyday(1)
 @pytest.mark.parametrize(
     ("text", "changes", "variable", "group"),

@@ -52,6 +52,7 @@ def test_long_records_are_chosen_where_short_ones_need_more_time() -> None:
         assert (found.members, found.presliding) == chosen
 
 
+@pytest.mark.slow
 def test_a_probe_has_the_numbers_of_campaigns_of_its_own() -> None:
     content: dict[str, Any] = {
         "title": "x",

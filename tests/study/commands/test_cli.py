@@ -112,12 +112,14 @@ def pinned(environment):
     return python(program, env=environment).stdout.splitlines()[0].split()
 
 
+@pytest.mark.slow
 def test_threads_and_arithmetic_are_pinned_before_a_command_imports_numpy(environment):
     unpinned = {name: value for name, value in environment.items() if name not in PINNED}
     can_be_pinned = {"avx2", "fma"} <= set(processor.instructions())
     assert pinned(unpinned) == ["1", *(("Haswell", "AVX2") if can_be_pinned else ("None", "None"))]
 
 
+@pytest.mark.slow
 def test_an_arithmetic_that_the_machine_prescribes_is_kept(environment):
     assert pinned(environment | {"OPENBLAS_CORETYPE": "Nehalem", "MKL_CBWR": "COMPATIBLE"})[1:] == [
         "Nehalem",
@@ -138,6 +140,7 @@ cli.main()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ranks", "code"), [("1", 130), ("2", -signal.SIGINT)])
 def test_ctrl_c_ends_one_of_several_ranks_by_the_signal_so_that_launchers_end_the_others(environment, ranks, code):
     done = python(INTERRUPTED, check=False, env=environment | {"PMI_SIZE": ranks})
@@ -201,6 +204,7 @@ def test_numbers_that_json_has_not_are_null(capsys):
     assert found == {"nan": None, "list": [None, 1.5, 2.0, 3], "4": ["µ", None]}
 
 
+@pytest.mark.slow
 def test_documents_have_the_keys_of_their_page(main, ask, finished):
     rows = (ROOT / "docs" / "commands.md").read_text("utf-8").splitlines()
     found = {command: json.loads(ask(command, "--json")[1]) for command in ("plan", "status")}

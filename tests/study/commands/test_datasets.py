@@ -36,6 +36,7 @@ def one_line(answer, wanted):
     return said
 
 
+@pytest.mark.slow
 def test_a_dataset_is_verified_from_itself_alone(main, campaign, finished, tmp_path):
     path = (finished / "results.nc").rename(tmp_path / "alone.nc")
     shutil.rmtree(finished)
@@ -121,6 +122,7 @@ def annotate(path: Path) -> None:
         found.setncattr("comment", "left rig")
 
 
+@pytest.mark.slow
 def test_a_current_dataset_keeps_what_somebody_has_added(run, campaign, finished):
     path = finished / file.FILE
     annotate(path)
@@ -131,6 +133,7 @@ def test_a_current_dataset_keeps_what_somebody_has_added(run, campaign, finished
     assert path.read_bytes() == whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", ["a letter", "a part", "more"])
 def test_a_dataset_whose_last_line_is_damaged_is_written_anew_and_was_edited_by_nobody(run, finished, damage):
     path = finished / file.FILE
@@ -143,6 +146,7 @@ def test_a_dataset_whose_last_line_is_damaged_is_written_anew_and_was_edited_by_
     assert not list(finished.glob("*.set-aside-*"))
 
 
+@pytest.mark.slow
 def test_an_edited_dataset_that_is_written_anew_is_kept(run, campaign, finished):
     annotate(finished / file.FILE)
     whole = (finished / file.FILE).read_bytes()
@@ -168,6 +172,7 @@ def test_a_dataset_that_is_open_for_writing_is_named_so_and_not_replaced(run, ca
 # Compared, case by case: exit code 0 within uncertainties, 1 beyond, 2 where there is nothing to compare.
 
 
+@pytest.mark.slow
 def test_a_dataset_is_the_same_as_itself_whatever_it_is_named_by(main, campaign, finished, tmp_path, monkeypatch):
     code, said, _ = main("compare", finished, finished / "results.nc")
     assert (code, "same parameters" in said) == (0, True)
@@ -189,6 +194,7 @@ def three(tmp_path_factory):
     return compute(tmp_path_factory.mktemp("three"), THREE)
 
 
+@pytest.mark.slow
 def test_a_finer_surface_differs_and_the_largest_differences_come_first(main, three, tmp_path, monkeypatch):
     finer = THREE.replace("n_x = 17", "n_x = 33").replace("[50.0, 100.0]", "[50.0, 200.0]")
     code, said, _ = main("compare", three, compute(tmp_path, finer))
@@ -204,6 +210,7 @@ def test_a_finer_surface_differs_and_the_largest_differences_come_first(main, th
     assert (code, next(word for line in lines for word in line if word in ("beyond", "within"))) == (1, "beyond")
 
 
+@pytest.mark.slow
 def test_what_is_within_uncertainties_is_exit_code_0(main, three, tmp_path):
     shutil.copy(three / "results.nc", tmp_path)
     for factor, code, verdict in ((1.0 + 1e-6, 0, "within"), (2.0, 1, "beyond")):
@@ -243,6 +250,7 @@ def test_words_of_members_are_told_in_short_unless_the_difference_hides_behind_t
         assert " ".join(told.split()) in " ".join(main("compare", one, other)[1].split())
 
 
+@pytest.mark.slow
 def test_what_cannot_be_compared_is_one_clear_message(main, ask, campaign, finished, tmp_path):
     (tmp_path / "other").mkdir()
     other = compute(tmp_path / "other", SMALL.replace("[50.0, 100.0]", "[200.0, 300.0]"))
@@ -300,6 +308,7 @@ def test_what_validity_flags_ask_for_is_described(main):
 # Exported, to standard output or as a whole file.
 
 
+@pytest.mark.slow
 def test_cases_events_and_samples_are_exported(main, ask, finished, tmp_path):
     code, said, errors = ask("export")
     header, *lines = csv.reader(said.splitlines())
@@ -315,6 +324,7 @@ def test_cases_events_and_samples_are_exported(main, ask, finished, tmp_path):
     assert len(json.loads(main("export", finished, "--json", "--trajectories")[1])["rows"]) == 8 * 41
 
 
+@pytest.mark.slow
 def test_pending_cases_are_rows_without_numbers(main, ask, out):
     assert ask("collect")[0] == 0
     found = json.loads(main("export", out, "--json")[1])["rows"]
@@ -357,6 +367,7 @@ def test_the_command_knows_the_formats_that_can_be_drawn():
     assert set(cli.FORMAT.choices) == set(shared.FORMATS)
 
 
+@pytest.mark.slow
 def test_without_a_name_every_figure_is_listed(main, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = " ".join(main("figure")[1].split())
@@ -366,6 +377,7 @@ def test_without_a_name_every_figure_is_listed(main, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_named_figures_are_drawn_and_their_tables_shown(tmp_path, capsys, monkeypatch):
     asked, data, into = [], small("figures/resolution").copy(), tmp_path / "into"
 

@@ -232,6 +232,7 @@ def walked(starter: str, main: Main, folder: Path) -> tuple[Path, list[str]]:
     return path, [measured, *words, *several, "--vary", "mu_i=0.3:0.6", "--points", "16"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("starter", [name for name in starters() if name != "strokes"])
 def test_every_starter_can_be_fitted(main: Main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, starter: str):
     """All that a fit of it would compute is a valid case, and has the number. Strokes have loops instead of a plateau."""
@@ -321,6 +322,7 @@ def test_wrong_questions_are_refused_before_anything_is_computed(main: Main, con
     assert not Path("results").exists()
 
 
+@pytest.mark.slow
 def test_a_fit_takes_the_friction_of_a_trace(main: Main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The trace is a drive of the campaign itself; what is given by itself is not taken from it."""
     monkeypatch.chdir(tmp_path)

@@ -64,6 +64,7 @@ def of_stage(stage: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_recording(folder / "lab.csv", run["sample_stage"].values, LOAD * run["sample_spring_force"].values)
 
 
+@pytest.mark.slow
 def test_a_recording_of_a_computed_stage_has_its_numbers(main: Main, stage: Path, of_stage: Path) -> None:
     """The recorded start is one of two, whose ± is around their mean."""
     words = ("--load", "0.2 N", "--rig", "150 N/m", "--over", stage, "drive=stroke", "--json")
@@ -94,6 +95,7 @@ def test_both_loops_stand_in_one_table_of_80_columns_and_one_picture(
     assert "computed" in picture.read_text()
 
 
+@pytest.mark.slow
 def test_strokes_of_a_path_are_those_of_the_contact_behind_the_rig(main: Main, path: Path, tmp_path: Path) -> None:
     with api.open(path / "results.nc") as data:
         run = data.nanoslip.path().load()
@@ -120,6 +122,7 @@ def test_strokes_of_a_path_are_those_of_the_contact_behind_the_rig(main: Main, p
     assert measured["contact_amplitude"]["value"] == pytest.approx(expected, rel=0.01)
 
 
+@pytest.mark.slow
 def test_results_without_loops_are_refused_by_what_they_have(
     main: Main, stage: Path, record: Path, of_stage: Path
 ) -> None:

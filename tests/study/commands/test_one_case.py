@@ -87,6 +87,7 @@ def test_a_case_that_physics_refuses_is_not_explained(main, campaign):
     assert (code, "coarsest_row = 17" in errors) == (2, True)
 
 
+@pytest.mark.slow
 def test_effects_of_a_case_are_those_of_a_campaign_of_it_alone(main, campaign, tmp_path, monkeypatch):
     """Effect, number and change of each row; seconds are measured and differ."""
 
@@ -105,6 +106,7 @@ def test_effects_of_a_case_are_those_of_a_campaign_of_it_alone(main, campaign, t
     assert (code, wide) == (0, [])
 
 
+@pytest.mark.slow
 def test_errors_that_are_explained_are_those_of_the_drive_that_is_named(ask, finished):
     """By name or by its own keys; a drive that is not there is refused."""
     said = {
@@ -120,6 +122,7 @@ def test_errors_that_are_explained_are_those_of_the_drive_that_is_named(ask, fin
 # Shown: from a dataset, from a campaign's own, or from results that are not collected.
 
 
+@pytest.mark.slow
 def test_a_case_is_shown_from_a_dataset_its_folder_or_its_campaign(main, ask, finished):
     code, said, errors = ask("show", *ONE, "drive=fast")
     assert (code, errors) == (0, "")
@@ -141,6 +144,7 @@ def test_without_a_drive_all_drives_are_rows(main, finished):
     assert [word for word in first if word in ("slow", "fast")] == ["slow", "fast"]
 
 
+@pytest.mark.slow
 def test_words_of_members_are_short_in_the_table(main, finished):
     write_regimes(finished, sticks=2, stick_slip=1, micro_slip=1)
     said = main("show", finished, *ONE, "drive=slow")[1]
@@ -172,6 +176,7 @@ def test_results_that_are_not_collected_or_of_a_campaign_that_changed_are_collec
     assert (code, f"nanoslip run {campaign} --out {finished} computes them" in errors) == (2, True)
 
 
+@pytest.mark.slow
 def test_a_wrong_case_is_one_clear_message(main, finished, tmp_path):
     (tmp_path / "bad.nc").write_bytes(b"no netCDF")
     for words, said in (
@@ -221,6 +226,7 @@ def test_friction_over_the_contact_area_is_answered_where_a_strength_acts(main):
     assert "contact area on" not in main("try", *QUICK, "members=2")[1].partition("\n")[0]
 
 
+@pytest.mark.slow
 def test_a_key_of_a_drive_pulls_the_pin(main):
     code, said, _ = main("try", *QUICK, "members=2", "stage_velocity=1e-3", "samples=40")
     assert "\ndrive: m = 500 g, k = 200 kN/m, ζ = 0.1, V_o = 1 mm/s\n" in said
@@ -269,6 +275,7 @@ def test_a_pin_that_may_rest_more_often_than_its_step_limit_is_expected_to_end_t
     assert ("stage_velocity" in line) == beyond
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("velocity", "beyond"), [(1e-4, False), (0.1, True)])
 def test_a_spring_force_that_is_inertia_is_told_from_friction(velocity, beyond):
     drive = {"stage_velocity": velocity, "samples": 400}
@@ -283,6 +290,7 @@ def test_a_spring_force_that_is_inertia_is_told_from_friction(velocity, beyond):
     assert not found or found[1] > 1.1 * found[2] > 0.0
 
 
+@pytest.mark.slow
 def test_a_pin_in_micro_slips_is_not_advised_to_be_pulled_faster_and_slower(main):
     said = main("try", "n_x=17", "presliding=3", "radius=50", "members=1", "spring_stiffness=2e9")[1]
     assert ("raise stage_velocity" in said, "lower stage_velocity" in said, "is not friction alone" in said) == (
@@ -305,6 +313,7 @@ def test_keys_may_have_their_table_and_in_a_wrong_one_they_lead_to_it(main):
     assert (code, "n_x belongs in numerics" in errors) == (2, True)
 
 
+@pytest.mark.slow
 def test_what_the_physics_refuses_is_a_result_and_what_means_nothing_bad_input(main):
     for given, key, ending in (
         (["radius=1e-3"], "radius", "steep_pin"),

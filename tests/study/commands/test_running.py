@@ -29,6 +29,7 @@ def content(out):
     return {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in out.rglob("*") if path.is_file()}
 
 
+@pytest.mark.slow
 def test_a_finished_campaign_is_shown_again_and_nothing_is_computed_collected_or_written(run, ask, out, monkeypatch):
     code, said, errors = run()
     assert (code, f"dataset: {out / 'results.nc'}" in said, "13 of 13 tasks done" in errors) == (0, True, True)
@@ -40,6 +41,7 @@ def test_a_finished_campaign_is_shown_again_and_nothing_is_computed_collected_or
     assert content(out) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", ["results.nc", "results/dataset.json", "results/*.log"])
 def test_what_is_lost_is_made_again(run, finished, lost):
     before = (finished / "results.nc").read_bytes()
@@ -49,6 +51,7 @@ def test_what_is_lost_is_made_again(run, finished, lost):
     assert (finished / "results.nc").read_bytes() == before
 
 
+@pytest.mark.slow
 def test_files_of_others_among_the_results_stay_and_results_of_another_format_are_refused(run, ask, out):
     results = out / "results"
     results.mkdir(parents=True)
@@ -66,6 +69,7 @@ def test_files_of_others_among_the_results_stay_and_results_of_another_format_ar
     assert run()[0] == 0
 
 
+@pytest.mark.slow
 def test_results_of_other_software_are_named_and_computed_again_when_asked(run, ask, campaign, finished):
     assert not [command for command in ("plan", "status") if "other software's" in ask(command)[1]]
     before, store = (finished / "results.nc").read_bytes(), Store(finished)
@@ -111,6 +115,7 @@ def test_records_that_nobody_wants_are_gone_after_the_run(run, campaign, out):
     assert [said.count(f"{ending}: 1 of 8 drives") for ending in ("no_slip", "no_plateau")] == [1, 1]
 
 
+@pytest.mark.slow
 def test_a_task_that_crashes_is_an_outcome_and_exit_code_3_until_it_is_tried_again(run, ask, out, monkeypatch):
     monkeypatch.setattr(executor, "run_task", crashing_at("record", 100.0))
     code, said, errors = run()
@@ -155,6 +160,7 @@ def without(patch, kind, error=None):
     patch.setattr(Store, "write", lossy)
 
 
+@pytest.mark.slow
 def test_a_drive_that_is_not_computed_is_never_completed(run, ask, monkeypatch):
     """Its record failed, was computed in the next run, and that was interrupted before the drive."""
     with monkeypatch.context() as once:
@@ -201,6 +207,7 @@ def test_results_that_appear_later_are_waited_for(run, monkeypatch):
     assert len(looks) > 2
 
 
+@pytest.mark.slow
 def test_a_dataset_in_which_a_case_is_pending_is_not_exit_code_0(run, monkeypatch):
     """Whatever has become of its result."""
     find = Store.find
@@ -229,6 +236,7 @@ def test_a_full_disk_is_one_message_and_exit_code_2(run, out, monkeypatch):
     assert run()[0] == 0
 
 
+@pytest.mark.slow
 def test_a_rank_that_computes_loads_no_more_than_it_uses(environment):
     program = (
         "import sys; from pathlib import Path; from nanoslip.study.run.launch import task_program; "
@@ -242,6 +250,7 @@ def test_a_rank_that_computes_loads_no_more_than_it_uses(environment):
 # The state of a campaign, counted from its files alone.
 
 
+@pytest.mark.slow
 def test_outcomes_are_counted_as_the_dataset_has_them_refused_cases_among_them(run, ask, campaign, out):
     campaign.write_text(PARTLY_REFUSED)
     assert "4 of them refused" in ask("plan")[1]
@@ -279,6 +288,7 @@ def test_what_is_not_finished_is_collected_as_pending_into_a_folder_named_after_
         assert set(found["outcome"].values.ravel()) == {"pending"}
 
 
+@pytest.mark.slow
 def test_a_failure_that_all_cases_share_is_said_once_in_red_with_its_advice(run, ask, campaign, monkeypatch):
     campaign.write_text(SMALL + "[slip]\ncascade_limit = 1\n")
     assert run()[0] == 0
@@ -287,6 +297,7 @@ def test_a_failure_that_all_cases_share_is_said_once_in_red_with_its_advice(run,
     assert line.startswith("\x1b[31mcascade_limit: 4 of 4 cases, first μ_i = 0.25, R/L_x = 50: ")
 
 
+@pytest.mark.slow
 def test_a_finished_dataset_is_not_replaced_by_one_of_a_changed_campaign_without_a_word(ask, campaign, finished):
     before = (finished / "results.nc").read_bytes()
     campaign.write_text(SMALL.replace("n_x = 17", "n_x = 9"))
@@ -312,6 +323,7 @@ def dataset(out):
     return (out / "results.nc").read_bytes()
 
 
+@pytest.mark.slow
 def test_merged_shards_are_the_same_bytes_as_one_run(run, ask, campaign, out, computed):
     for number in (3, 1, 2):
         code, said, errors = run("--shard", f"{number}/3")
@@ -357,6 +369,7 @@ def test_what_a_shard_has_not_finished_is_left_and_another_run_of_it_or_of_all_c
     assert dataset(out) == dataset(computed)
 
 
+@pytest.mark.slow
 def test_a_failure_of_a_shard_is_one_of_the_campaign_and_not_tried_again(run, ask, monkeypatch):
     with monkeypatch.context() as once:
         once.setattr(executor, "run_task", crashing_at("record", 100.0))

@@ -21,6 +21,7 @@ ONE = {"radius": 50.0, "intrinsic_friction": 0.5}
 WORDS = {"intrinsic_friction": "0.5", "radius": "50"}
 
 
+@pytest.mark.slow
 def test_a_record_has_displacement_events_and_the_scalars_of_its_case(full):
     one = full.nanoslip.record(**ONE)
     assert one["event_force_after"].dims == one["displacement"].dims == ("event",)
@@ -32,6 +33,7 @@ def test_a_record_has_displacement_events_and_the_scalars_of_its_case(full):
     assert one["displacement"][-1].item() / 200 == pytest.approx(one["mean_step"].item(), rel=1e-14)
 
 
+@pytest.mark.slow
 def test_a_selection_finds_what_the_whole_does(full, full_folder):
     whole = full.nanoslip.record(**ONE).load()
     xr.testing.assert_identical(full.sel(radius=[50.0]).nanoslip.record(**ONE).load(), whole)
@@ -144,6 +146,7 @@ def test_the_inside_of_the_slab_has_x_and_z(full):
     assert float(inside["z"].max()) == 0.0
 
 
+@pytest.mark.slow
 def test_datatree_reads_everything_and_all_of_a_dataset_can_be_kept_and_opened_again(full, full_folder, tmp_path):
     with xr.open_datatree(full_folder / "results.nc") as tree:
         assert set(tree.children) == {"record", "trajectory", "contact", "interior", "software", "texts"}
@@ -178,6 +181,7 @@ def test_a_number_is_found_that_differs_in_its_last_digits(full):
     assert len(select_rows(full.assign_coords(radius=[-50.0, np.inf]), "case_id", {"radius": [-50.0, np.inf]})) == 4
 
 
+@pytest.mark.slow
 def test_what_xarray_saved_without_groups_is_refused_for_that_reason(full, tmp_path):
     full.to_netcdf(tmp_path / "copy.nc")
     full.isel(radius=[0]).nanoslip.tree.to_netcdf(tmp_path / "part.nc")

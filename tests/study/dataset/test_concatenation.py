@@ -33,6 +33,7 @@ def whole():
     return run(PARTS | {"axes": {"intrinsic_friction": [0.5], "radius": [100.0, 25.0, 50.0]}})
 
 
+@pytest.mark.slow
 def test_datasets_paths_and_folders_are_joined_to_what_one_campaign_gives(folders, whole):
     with open_dataset(folders[0]) as first:
         joined = concat([first, folders[1] / "results.nc"])
@@ -56,6 +57,7 @@ def test_datasets_paths_and_folders_are_joined_to_what_one_campaign_gives(folder
     )
 
 
+@pytest.mark.slow
 def test_xarray_itself_joins_the_scalars_of_both(folders, whole):
     """As `xr.open_mfdataset` does, with its own defaults: it opens every file's root, and combines by coordinates that rise."""
     two, one = (xr.open_dataset(folder / "results.nc") for folder in folders)
@@ -86,6 +88,7 @@ def computed(**changes: Any) -> xr.Dataset:
     return KNOWN[repr(changes)]
 
 
+@pytest.mark.slow
 def test_lists_of_cases_are_numbered_on():
     joined = concat(computed(design="zip", axes={"radius": radii}) for radii in ([50.0, 60.0], [70.0, 80.0]))
     assert joined["case"].values.tolist() == [0, 1, 2, 3]
@@ -94,6 +97,7 @@ def test_lists_of_cases_are_numbered_on():
     np.testing.assert_array_equal(joined.nanoslip.events()["radius"], np.repeat([50.0, 60.0, 70.0, 80.0], 20))
 
 
+@pytest.mark.slow
 def test_a_record_that_both_have_is_there_once():
     """A flat punch ignores the radius."""
     parts = [computed(constants={"pin": "flat_punch", "radius": radius}) for radius in (50.0, 60.0)]
@@ -133,12 +137,14 @@ REFUSED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("one", "other", "said"), REFUSED.values(), ids=REFUSED)
 def test_what_does_not_fit_is_refused_with_what_differs(one, other, said):
     with pytest.raises(NotJoinableError, match=said):
         concat([computed(**one), computed(**other)])
 
 
+@pytest.mark.slow
 def test_cases_of_an_outer_join_that_nobody_has_are_pending():
     parts = [
         computed(axes={"radius": [radius], "normal_load": loads})
@@ -172,6 +178,7 @@ def test_each_dataset_may_have_an_axis_that_the_other_has_not():
             assert mine.item() == theirs.item()
 
 
+@pytest.mark.slow
 def test_labels_that_differ_in_rounding_are_one() -> None:
     parts = [
         computed(axes={"intrinsic_friction": [each], "normal_load": [load]})
@@ -180,6 +187,7 @@ def test_labels_that_differ_in_rounding_are_one() -> None:
     assert concat(parts)["intrinsic_friction"].values.tolist() == [0.3]
 
 
+@pytest.mark.slow
 def test_two_labels_of_one_dataset_stay_two() -> None:
     """Also where each differs from one of another dataset in rounding alone."""
     loads = [[1e-3], [1e-3, 1e-3 * (1.0 + 1e-12)], [1e-3 * (1.0 - 1e-12), 1e-3 * (1.0 + 2e-12)]]
@@ -205,6 +213,7 @@ def test_what_is_no_dataset_is_refused(tmp_path):
         concat([])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "along", "labels", "checked"),
     [

@@ -206,6 +206,7 @@ def commands(path: Path, sound: Path, out: Path) -> list[list[object]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hostile", REFUSED.values(), ids=REFUSED, indirect=True)
 @pytest.mark.everyday(3)
 def test_what_nanoslip_never_writes_is_refused_in_one_line(hostile):

@@ -282,6 +282,7 @@ def test_a_file_of_another_format_is_refused_with_what_reads_it(tmp_path, has, s
         file.open_dataset(tmp_path / "old.nc")
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_full_while_a_dataset_is_written_is_named(tmp_path: Path, environment: dict[str, str]) -> None:
     """netCDF alone reports an `HDF error`. A limit of this process stands for the disk's."""
     program = (

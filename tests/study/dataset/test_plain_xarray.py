@@ -75,6 +75,7 @@ OTHERS: dict[str, Callable[[xr.Dataset, Path], Any]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("does", DOES.values(), ids=DOES)
 def test_all_that_xarray_does_it_does_with_a_file_that_it_has_opened(does, folder, tmp_path):
     with xr.open_dataset(folder / FILE) as data:

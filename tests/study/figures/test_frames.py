@@ -142,6 +142,7 @@ def test_pictures_of_a_film_share_their_scales(film_shown: Moments) -> None:
     assert len(limits) == 1
 
 
+@pytest.mark.slow
 def test_a_film_has_a_picture_for_each_moment(tmp_path: Path) -> None:
     film.frames(CASE, "0:20:10", tmp_path / "pin.gif")
     assert [path.name for path in tmp_path.iterdir()] == ["pin.gif"]
@@ -168,6 +169,7 @@ def test_what_cannot_be_drawn_is_refused_before_anything_is_computed(monkeypatch
         film.frames(CASE, range(11), "pin.png")
 
 
+@pytest.mark.slow
 def test_a_plane_of_nodes_is_drawn_as_maps(tmp_path: Path) -> None:
     """Pressure, shear and slip of each moment over x and y, nodes that slipped marked; strips and films."""
     case = Case(slab=Slab(9, scheme="half_space"), max_events=40)

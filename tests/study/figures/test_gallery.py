@@ -13,6 +13,7 @@ from tests.study.figures.shipped_small import small
 FIGURES = list_shipped_figures()
 
 
+@pytest.mark.slow
 def test_a_figure_is_its_pictures_and_its_table(tmp_path: Path) -> None:
     figure = FIGURES["fig8"]
     written = figure_paths(figure, small(figure.campaign), tmp_path / "new", ("svg", "png"))

@@ -42,6 +42,7 @@ def drawn() -> Figure:
     return figure
 
 
+@pytest.mark.slow
 @pytest.mark.everyday(1)
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_same_drawing_is_the_same_file(form: str) -> None:
@@ -62,6 +63,7 @@ def crowded() -> Figure:
     return figure
 
 
+@pytest.mark.slow
 @pytest.mark.everyday(1)
 @pytest.mark.parametrize("form", FORMATS)
 def test_a_picture_is_laid_out_as_by_matplotlib_and_drawn_once(form: str) -> None:

@@ -155,6 +155,7 @@ def views(dataset: xr.Dataset) -> dict[str, View]:
     return {view.name: view for sort in SORTS.values() for view in sort.of(dataset) if isinstance(view, View)}
 
 
+@pytest.mark.slow
 def test_a_driven_campaign_is_answered_and_shows_drives_and_records(driven: xr.Dataset) -> None:
     found = views(driven)
     together = {"drives_together", "records_together"}

@@ -85,6 +85,7 @@ def measured(static: float, kinetic: float, error: float) -> tuple[Target, Targe
     return Target("mu_s", static, error), Target("mu_k", kinetic, error)
 
 
+@pytest.mark.slow
 def test_the_set_holds_the_truth_as_often_as_it_states():
     """200 truths with noise: 68 ± 7 % and 95 ± 4 % are two standard deviations of such a count."""
     draw = np.random.default_rng(1)
@@ -150,6 +151,7 @@ def recordings(
         yield truth, tuple(each._replace(value=value) for each, value in zip(found.targets, values, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("correlation", "members", "middle"), [(-0.45, 3, 0.73), (0.98, 2, 0.78), (0.98, 8, 0.69)])
 def test_numbers_of_one_start_hold_the_truth_as_often_as_they_state(correlation: float, members: int, middle: float):
     """200 recordings, each of one start, of three numbers, over 16 points with starts of their own each time.
@@ -192,6 +194,7 @@ def test_a_surrogate_of_sixteen_points_is_as_sure_as_it_states():
     assert shares[0] == pytest.approx(0.75, abs=0.08), shares
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("correlation", [-0.99, 0.99])
 def test_errors_of_one_recording_may_have_any_correlation(correlation: float):
     """Stated ± far above the scatter of starts, 200 recordings: at least as many as stated, whatever they share."""
@@ -226,6 +229,7 @@ def test_starts_at_the_same_places_err_together_in_all_numbers():
     assert 0.5 < found.misfit(x_true)[0] < 1.1 * (5.0 / 3.0) ** 2
 
 
+@pytest.mark.slow
 def test_errors_from_few_members_make_no_value_count_more_for_being_low():
     """Means of 8 draws with a long tail, each with the ± of its own 8: those that happen to be low have a small ±.
 
@@ -282,6 +286,7 @@ def test_a_point_within_reach_is_found():
     assert all(np.abs(each).max() <= 1.0 for each in laboratory.calls)
 
 
+@pytest.mark.slow
 def test_more_points_are_put_where_it_is_open():
     """A narrow set: the points that come after the first ones lie closer to it than those."""
     laboratory = Laboratory()
@@ -292,6 +297,7 @@ def test_more_points_are_put_where_it_is_open():
     assert len(found.computed.x) <= 60
 
 
+@pytest.mark.slow
 def test_what_is_out_of_reach_is_said_with_the_nearest():
     found = search_parameters(measured(0.30, 0.20, 2e-3), RANGES, Laboratory())
     assert not found.reached
@@ -302,6 +308,7 @@ def test_what_is_out_of_reach_is_said_with_the_nearest():
     assert "radius = 20." in sentence
 
 
+@pytest.mark.slow
 def test_of_a_number_far_out_of_reach_the_nearest_is_that_of_the_nearest_number():
     """Its points show that at once, so that no more are computed than at first; those of another target before even these."""
     laboratory = Laboratory()

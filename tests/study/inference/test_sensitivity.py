@@ -141,6 +141,7 @@ def test_variance_of_the_error_is_subtracted(grid):
     assert (found.total[1:, 1] <= 0.02).all()
 
 
+@pytest.mark.slow
 def test_holes_of_a_product_are_filled(grid):
     """A fifth of the cases without a number: the indices are those of the whole table, within 0.01."""
     x, values = grid
@@ -168,6 +169,7 @@ def test_scatter_is_in_the_unit_of_the_number():
     assert regress(x, values, np.full(128, np.nan)).scatter == pytest.approx(100.0, rel=0.2)  # 6 % of 128 values
 
 
+@pytest.mark.slow
 def test_words_are_parameters_too():
     words = np.array(["strip", "galerkin", "chain"], dtype=object)[np.arange(90) % 3]
     x = qmc.Sobol(1, seed=1).random(128)[:90, 0]
@@ -177,6 +179,7 @@ def test_words_are_parameters_too():
     assert found.first[0, 0] == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_what_nothing_predicts_is_not_known():
     x = qmc.Sobol(3, seed=1).random(128)
     noise = np.random.default_rng(1).standard_normal(128)

@@ -139,6 +139,7 @@ def test_a_profile_is_shown_over_a_slab_of_any_width_above_0(main: Main, tmp_pat
         assert (code == 0, "slope" in shown, "a number above 0" in errors) == (fits, fits, not fits)
 
 
+@pytest.mark.slow
 def test_profiles_are_an_axis_of_cases_named_by_their_files(main: Main, tmp_path: Path) -> None:
     """In labels, coordinates and when computed again; the text of each file is in the dataset."""
     for name, height in (("a.csv", 1.0), ("b.csv", 3.0)):
@@ -320,6 +321,7 @@ def test_a_matrix_without_a_scale_is_refused_with_the_key_that_has_it() -> None:
     assert read_surface(AFM, text, NamedSurface("a", pixel="250 nm")).height.shape == SMOOTH_IMAGE.shape
 
 
+@pytest.mark.slow
 def test_a_campaign_of_balls_takes_an_image_and_one_of_cylinders_does_not(main: Main, tmp_path: Path) -> None:
     """The dataset holds the image, so that its cases can be computed again."""
     (tmp_path / "afm.txt").write_text(MATRIX)

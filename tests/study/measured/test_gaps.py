@@ -35,6 +35,7 @@ def gapped(gaps: list[tuple[float, float]], noise: float = 0.01) -> tuple[Trace,
     return Trace(time, force, "time"), Trace(time[kept], force[kept], "time")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gaps", GAPS.values(), ids=GAPS)
 def test_a_gap_changes_no_number_of_stick_slip_by_more_than_its_uncertainty(gaps: list[tuple[float, float]]) -> None:
     """Three of ± as everywhere here; a trace less periodic than that of a closed form is not expected by it."""
@@ -57,6 +58,7 @@ def test_a_gap_is_a_fact_on_the_answer_and_even_or_random_samples_have_none() ->
         assert "gaps" not in measure_trace(trace, LOAD).flagged
 
 
+@pytest.mark.slow
 def test_lost_lines_of_a_file_and_empty_ones_say_the_same(main: Main, tmp_path: Path) -> None:
     time, force = analytic(SLOW, SAMPLES, DURATION)
     rows = [f"{second:.4f},{newtons:.4f}" for second, newtons in zip(time, force, strict=True)]
@@ -132,6 +134,7 @@ def jenkins(position: Floats, stiffness: float = 1e5, slips_at: float = 1.0) -> 
     return np.array(force)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("start", "end"), [(3.1, 3.3), (3.1, 3.9), (2.4, 4.6)])
 def test_no_stroke_of_a_loop_spans_a_gap(start: float, end: float) -> None:
     time = np.linspace(0.0, 10.0, 4001)

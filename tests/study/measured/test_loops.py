@@ -82,6 +82,7 @@ def test_the_uncertainty_of_a_loop_holds() -> None:
     assert np.mean(held) > 0.82
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("cycles", "drift"), [(1, 0.0), (1, -0.01), (4, 0.0), (4, 0.01)])
 def test_a_drift_of_the_force_cell_is_that_which_strokes_have_in_common(cycles: int, drift: float) -> None:
     """0.4 N over the strokes of a friction of 0.8 N. Without one, none is found in 19 of 20 traces."""

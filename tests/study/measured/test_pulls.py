@@ -77,6 +77,7 @@ def test_stick_slip_that_is_cut_off_after_a_slip_to_nothing_has_not_ended() -> N
     assert "pull_ends" not in measured(time, force).flagged
 
 
+@pytest.mark.slow
 def test_no_file_is_without_friction_and_without_a_sentence() -> None:
     """Random levels, ramps and teeth, one after the other."""
     for seed in range(15):
@@ -94,6 +95,7 @@ def test_no_file_is_without_friction_and_without_a_sentence() -> None:
         assert not any(math.isinf(number.value) for number in found.numbers.values())
 
 
+@pytest.mark.slow
 def test_rings_of_any_shape_are_no_error() -> None:
     """Decays that begin anywhere, around any level, with and without a ramp before."""
     for seed in range(20):

@@ -78,6 +78,7 @@ NEWTONS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.everyday(6)
 @pytest.mark.parametrize("kind", NEWTONS)
 def test_the_force_is_found_by_names_and_units(kind: str) -> None:
@@ -92,6 +93,7 @@ def test_the_force_is_found_by_names_and_units(kind: str) -> None:
     assert found["stick_slip_period"].value == pytest.approx(PERIOD, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "header", ["t [s],friction [N],normal load [N]", "t(s),Fx(N),Fz(N)", "time [s],F_T [N],F_N [N]"]
 )
@@ -243,6 +245,7 @@ def test_a_step_between_two_levels_is_no_slip() -> None:
     assert "static_friction" not in found.numbers
 
 
+@pytest.mark.slow
 def test_numbers_beyond_a_sensor_s_limit_are_missing() -> None:
     low, high = (measure_trace(Trace(TIME, np.clip(FORCE, *ends), "time")) for ends in ((14.0, 99.0), (-1.0, 25.0)))
     assert low.numbers.keys() == {"static_friction", "stick_slip_period"}

@@ -49,6 +49,7 @@ def measured(force: NDArray[np.float64], noise: float = 0.02) -> TraceNumbers:
     return measure_trace(Trace(np.arange(len(force)) * APART, noisy, "time"), LOAD)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("frequency", "quality"), [(80.0, 5.0), (150.0, 5.0), (150.0, 40.0)])
 def test_a_cell_that_rings_after_each_slip_is_found_and_its_ringing_is_no_part_of_the_numbers(
     frequency: float, quality: float
@@ -73,6 +74,7 @@ def test_a_cell_that_follows_adds_nothing() -> None:
         assert abs(found.numbers[name].value - truth) < 4.0 * found.numbers[name].uncertainty
 
 
+@pytest.mark.slow
 def test_friction_that_changes_while_the_pin_slides_is_within_the_uncertainty() -> None:
     """What no cell explains: while the pin slides its friction is lower by 3 % of a fall, with a step at both ends."""
     force = stick_slip_force()

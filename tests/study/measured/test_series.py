@@ -53,6 +53,7 @@ def test_equal_loads_are_no_line() -> None:
     assert has_different_loads([5.0, 6.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_load", [True, False])
 def test_files_of_different_loads_give_the_line_that_they_were_made_with(
     main: Main, tmp_path: Path, with_load: bool

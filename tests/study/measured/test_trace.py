@@ -73,6 +73,7 @@ def test_the_closed_form_is_read_back() -> None:
     assert found.numbers["spring_force_amplitude"].value == pytest.approx(amplitude, rel=0.03)
 
 
+@pytest.mark.slow
 def test_noise_offset_and_uneven_times_leave_it_within_its_uncertainty() -> None:
     random = np.random.default_rng(0)
     time, force = analytic(SLOW, 40_001, 2.0)
@@ -213,6 +214,7 @@ def test_one_cycle_has_no_uncertainty() -> None:
     assert "one_cycle" in found.flagged
 
 
+@pytest.mark.slow
 def test_the_period_of_many_cycles_is_that_of_one() -> None:
     time = np.arange(0.0, 100.0, 0.01)
     force = np.interp(time % 1.0, [0.0, 0.95, 1.0], [0.2, 0.3, 0.2])
@@ -292,6 +294,7 @@ def test_letters_of_any_instrument_are_read(letters: str) -> None:
     assert text == "Weg in µm\tKraft\n1\t2\n"
 
 
+@pytest.mark.slow
 def test_the_command_prints_draws_and_gives_numbers_to_scripts(main: Main, tmp_path: Path) -> None:
     time, force = analytic(SLOW, 4_001, 2.0)
     file, picture = tmp_path / "lab.csv", tmp_path / "lab.png"

@@ -84,6 +84,7 @@ def test_explain_gives_the_size_of_what_nodes_miss_of_a_rough_pin(main: Main, tm
     assert "resolves it" not in texts[1]
 
 
+@pytest.mark.slow
 def test_advice_on_a_short_record_is_a_length_that_ends_the_doubt() -> None:
     """What such a record itself shows of the error that all starts share is none: it stays unknown, and in the table."""
     film = {"radius": 100.0, "aspect_ratio": 0.2, "poisson": 0.2, "intrinsic_friction": 0.1}

@@ -93,6 +93,7 @@ def crafted(result, edit):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shared", [True, False], ids=["file", "log"])
 def test_what_cannot_be_used_is_computed_again_and_kept(tmp_path, contact, shared):
     assert len(EDITS) > 40
@@ -130,6 +131,7 @@ def test_what_was_edited_by_nobody_is_read(tmp_path, contact):
         store.read(contact.key)
 
 
+@pytest.mark.slow
 def test_the_next_run_computes_what_a_run_cannot_use(main, campaign, finished):
     """Not again and again exit code 99."""
     before = (finished / "results.nc").read_bytes()

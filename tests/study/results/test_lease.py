@@ -174,6 +174,7 @@ for number, out in enumerate(folders):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.everyday(1)
 @pytest.mark.parametrize("links", ["links", "without links"])
 @pytest.mark.parametrize("delay", [0.0, 2e-3], ids=["at once", "without locks, every name changed 2 ms late"])

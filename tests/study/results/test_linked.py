@@ -99,6 +99,7 @@ def opens_to_write(call: ast.Call) -> bool:
     return name in WRITING or (name == "open" and (of_os or writes))
 
 
+@pytest.mark.slow
 def test_one_file_opens_what_is_written():
     """Beside it: the link that a lease is made by, and a setting of the kernel."""
     found = {

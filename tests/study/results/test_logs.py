@@ -64,6 +64,7 @@ def test_each_writer_has_a_log_of_its_own_as_has_one_that_was_closed_and_a_later
     assert [keys(path) for path in sorted(tmp_path.iterdir())] == [[KEYS[number % len(ALL)]] for number in range(12)]
 
 
+@pytest.mark.slow
 def test_a_process_that_was_forked_has_another_log(tmp_path, environment):
     program = (
         "import os, sys; from pathlib import Path\n"

@@ -90,6 +90,7 @@ def logs(out: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in kept}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "lost"),
     [(of_records(without("mean_drop")), "mean_drop"), (of_records(with_more), "")],
@@ -149,6 +150,7 @@ MADE_OF: Final = {
 """Variable -> the numbers that it is made of beside its own."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("half", [0, 1])
 def test_numbers_that_are_missing_cost_no_others(whole, half):
     """Every second of them, and the others."""
@@ -184,6 +186,7 @@ def without_arrays(*names: str) -> Change:
     return lose
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change", [without_arrays("force_before"), without("spacing")], ids=["an array", "a number that is no quantity"]
 )

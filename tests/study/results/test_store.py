@@ -103,6 +103,7 @@ def test_a_damaged_file_is_read_from_a_log_where_that_has_it_and_named_where_non
     assert same(store.read(RECORD.key), RECORD)
 
 
+@pytest.mark.slow
 def test_processes_that_write_one_result_at_once_do_no_harm(store, environment):
     program = (
         "import sys; from pathlib import Path; from nanoslip.study.results.store import Store, StoreError\n"

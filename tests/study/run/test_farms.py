@@ -154,6 +154,7 @@ def test_those_who_have_computed_write_their_results_out_once_when_they_are_aske
     assert ranks.computed.count("settle") > 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("processes", [0, 1], ids=["this process", "another one"])
 def test_a_run_hears_how_far_its_tasks_are(processes):
     """At most once in REPORT, and only of a task that takes longer."""
@@ -300,6 +301,7 @@ def test_a_signal_to_any_rank_stops_all_and_what_it_has_not_begun_comes_back():
 # Processes, and who opens which farm.
 
 
+@pytest.mark.slow
 def test_every_task_is_computed_once_after_its_needs_by_all_processes(tmp_path):
     tasks = [Work(str(number), (str(number - 1),) if 0 < number < 10 else ()) for number in range(40)]
     tally, reported, _ = faults.computed(faults.program(tmp_path), tasks, 2)
@@ -332,6 +334,7 @@ def test_slurm_tasks_of_a_batch_script_do_not_mean_that_a_launcher_was_used(monk
     assert isinstance(open_farm(NOTHING, serial=True), SerialFarm)
 
 
+@pytest.mark.slow
 def test_n_processes_that_see_only_themselves_are_refused_by_one_message(nanoslip, campaign, tmp_path):
     first = nanoslip("run", campaign, OMPI_COMM_WORLD_SIZE="4", OMPI_COMM_WORLD_RANK="0")
     second = nanoslip("run", campaign, SLURM_STEP_NUM_TASKS="4", SLURM_PROCID="1")
@@ -377,6 +380,7 @@ def test_no_more_processes_start_than_there_are_tasks():
     assert [agent.load.call_count for agent in agents] == [1, 1, 0, 0, 0, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.mpi
 @pytest.mark.parametrize(("rank", "messages"), [(0, 1), (1, 0)])
 def test_a_start_of_mpi_that_hangs_is_given_up_with_one_message_and_code_99(environment, rank, messages):

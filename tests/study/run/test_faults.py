@@ -39,6 +39,7 @@ EVERYDAY = (
 )
 
 
+@pytest.mark.slow
 def test_faults_cost_their_own_tasks(tmp_path):
     tasks = [each for fault in EVERYDAY for each in (faults.work(fault), Work(f"sound {fault}", limit=60.0))]
     tally, reported, failed = computed(faults.program(tmp_path), [*tasks, Work("after", ("exception",))], 2)
@@ -110,6 +111,7 @@ def test_a_folder_or_need_that_a_network_file_system_shows_later_is_waited_for(c
     assert executor(tmp_path)(record).usable
 
 
+@pytest.mark.slow
 def test_what_a_dead_process_computed_is_tried_again_behind_all_others(tmp_path):
     """What killed it may have been no fault of its own. An exception comes of the program: it is not tried again."""
     tasks = (Work("kill -9"), Work("exception"), *SOUND)
@@ -219,6 +221,7 @@ class Unknown(str):
         return (exec, ("raise RuntimeError",))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("module", "task"),
     [("no_such_module", SOUND[0]), (faults.__name__, Work("strange", kind=Unknown("any")))],
