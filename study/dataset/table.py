@@ -280,9 +280,10 @@ def author_coordinates(root: xr.Dataset) -> list[str]:
     table = str(root.attrs.get("manifest_table", ""))
     if table:
         header = table.splitlines()[0]
-        listed = {name.strip() for name in header.split(",")}
+        words = [word.strip() for word in header.split(",")]
     else:
-        listed = set(_manifest(root).get("axes", ()))
+        words = list(_manifest(root).get("axes", ()))
+    listed = _coordinate_names(words)
     return [name for name in along if name in (listed or parameters())]
 
 
@@ -291,7 +292,13 @@ def axes_in_step(root: xr.Dataset) -> list[str]:
     table."""
     manifest = _manifest(root)
     together = manifest.get("design") == "zip" and not root.attrs.get("manifest_table")
-    return list(manifest.get("axes", ())) if together else []
+    return _coordinate_names(manifest.get("axes", ())) if together else []
+
+
+def _coordinate_names(words: Iterable[str]) -> list[str]:
+    """Names in a dataset of parameters that a campaign calls so, as max_presliding for presliding."""
+    names = names_by_word()
+    return [names.get(word, word) for word in words]
 
 
 def _manifest(root: xr.Dataset) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import PIN_SIZES
 from nanoslip.solver.ensemble import student
 from nanoslip.study.dataset.access import read_members
+from nanoslip.study.dataset.table import CaseRows
 from nanoslip.study.figures.points import Points, longest_rows, points_named, unevenness
 from nanoslip.study.inference.surrogate import ALIKE, MOST_REGRESSED, Surrogate, TooFewError, regress
 
@@ -371,19 +372,31 @@ def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST_REGRESSED) -> Sen
     errors = point_errors(points, spread_of_members(dataset, points))
     values = points.values.astype(float)
     answer = indices(points.name, points.axes, values, errors, most)
-    return replace(answer, starts=_count_starts(points.axes, np.isfinite(values)))
+    rows = longest_rows(dataset, points.sources, {})
+    return replace(answer, starts=_count_starts(rows.at(np.isfinite(values))))
 
 
-DECIDING_STARTS: Final = ("normal_load", "n_x", "start", "start_y", *PIN_SIZES.values())
-"""Parameters of which the places follow where members come down (`nanoslip.solver.ensemble.draw_start`)."""
+DECIDING_STARTS: Final = ("normal_load", "n_x", "start", "start_y")
+"""Parameters of which, with the pin's size, the places follow where members come down (`nanoslip.solver.ensemble.draw_start`)."""
 
 
-def _count_starts(columns: Mapping[str, NDArray[Any]], is_known: NDArray[np.bool_]) -> int:
-    """Number of different sets of starts of cases with a number, from the coordinates in which cases differ, each (n,)."""
-    deciding = [columns[name][is_known].astype(float) for name in DECIDING_STARTS if name in columns]
-    if not deciding:
+def _count_starts(rows: CaseRows) -> int:
+    """Number of different sets of starts of these cases, by their parameters as the solver has them.
+
+    The coordinates in which points differ are no ground: in a campaign that is given in SI they have other names.
+    """
+    columns = [rows.values(name).astype(float) for name in DECIDING_STARTS if rows.has(name)]
+    shapes = rows.values("pin") if rows.has("pin") else None
+    for shape, size in PIN_SIZES.items():
+        if rows.has(size):
+            sizes = rows.values(size).astype(float)
+            # A radius that is an axis is one of flat punches, too, which do not have it.
+            columns.append(sizes if shapes is None else np.where(shapes == shape, sizes, 0.0))
+    if not columns:
         return 1
-    return len(np.unique(np.column_stack(deciding), axis=0))
+    # A number that some cases lack is NaN there, and no different number in each.
+    numbers = np.nan_to_num(np.column_stack(columns))
+    return len(np.unique(numbers, axis=0))
 
 
 def caution(answer: Sensitivity) -> str:

@@ -12,7 +12,7 @@ from nanoslip.study import shipped
 from nanoslip.study.figures.points import points_named
 from nanoslip.study.inference.sensitivity import Sensitivity, caution, find_axis, indices
 from nanoslip.study.inference.surrogate import regress
-from tests.study.figures.cases import product
+from tests.study.figures.cases import listed, product
 
 Floats = NDArray[np.float64]
 WEIGHTS = np.array([0.0, 1.0, 4.5, 9.0])
@@ -251,3 +251,46 @@ def test_cases_that_share_their_starts_are_counted():
     found = nanoslip.sensitivity(of_each, "plateau_mean")
     assert found.starts == found.known == 6
     assert "sets of starts" not in caution(found)
+
+
+def test_starts_are_counted_by_the_parameters_of_the_solver():
+    """In a campaign given in newtons cases differ in normal_load_si; four loads are four sets, whatever the axis is called."""
+    scales = {"slab_width": "2 mm", "shear_modulus": "671 kPa"}
+    axes = {"normal_load": {"from": "0.1 N", "to": "0.3 N"}, "poisson": {"from": 0.2, "to": 0.4}}
+    content = {
+        "title": "In newtons",
+        "stages": ["contact"],
+        "design": "sobol",
+        "points": 4,
+        "scales": scales,
+        "axes": axes,
+    }
+    content |= {"constants": {"radius": "3 mm"}, "numerics": {"n_x": 33}, "ensemble": {"members": 2}}
+    found = nanoslip.sensitivity(nanoslip.run(content), "contact_half_width")
+    assert found.axes == ("normal_load_si", "poisson")
+    assert found.starts == found.known == 4
+
+
+def test_a_radius_decides_no_start_of_a_flat_punch():
+    """Two radii of a ball and a punch are three sets: the punch has no radius, also where radius is an axis."""
+    shapes, radii, ratios = ["parabola", "flat_punch"], [50.0, 100.0], [0.2, 0.3]
+    data = product(lambda pin, radius, poisson: radius * poisson, pin=shapes, radius=radii, poisson=ratios)
+    data["plateau_mean_uncertainty"] = 0.001 * data["plateau_mean"]
+    half_width = (("pin",), np.array([np.nan, 0.25]))
+    found = nanoslip.sensitivity(data.assign_coords(half_width=half_width), "plateau_mean")
+    assert (found.known, found.starts) == (8, 3)
+
+
+def test_an_axis_is_found_by_the_name_that_cases_have():
+    """A list of cases states its axes in the words of its manifest: presliding is max_presliding of a case."""
+    words = """design = "zip"
+[axes]
+intrinsic_friction = [0.2, 0.3, 0.4, 0.5]
+presliding = [2.0, 2.0, 8.0, 8.0]
+"""
+    columns = {"intrinsic_friction": [0.2, 0.3, 0.4, 0.5], "max_presliding": [2.0, 2.0, 8.0, 8.0]}
+    data = listed(columns, [0.1, 0.15, 0.2, 0.25], words)
+    points = points_named(data, "plateau_mean")
+    assert tuple(points.axes) == points.zipped == ("intrinsic_friction", "max_presliding")
+    data.attrs |= {"manifest": "", "manifest_table": "intrinsic_friction, presliding\n0.2, 2.0\n"}
+    assert tuple(points_named(data, "plateau_mean").axes) == ("intrinsic_friction", "max_presliding")
