@@ -1,8 +1,8 @@
 """Choose members and record length of a case whose author gave neither, so that time is spent on the larger error.
 
 A plateau has two errors: scatter between starts, and the node spacing. Members and long records reduce the scatter, which is ±;
-only more nodes reduce the second. A probe with few nodes measures both. Members and length are then the smallest for which ± is
-a tenth of the change at half the node spacing; the saved time is left for more nodes.
+only more nodes reduce the second. A probe with few nodes measures both. Length and members are then the smallest for which their
+parts of ± are a tenth of the spacing's error; the saved time is left for more nodes.
 """
 
 import math
@@ -21,7 +21,8 @@ from nanoslip.study.manifest.parameters import LIMITS
 from nanoslip.study.tasks.estimates import estimate
 
 SHARE: Final = 0.1
-"""± over the change by half the node spacing: in quadrature it adds half a percent to that."""
+"""A part of ± over the error by the node spacing: in quadrature it adds half a percent to that. Campaigns with a target stop
+there, too."""
 USUAL_LENGTH: Final = float(LIMITS["max_presliding"])
 LENGTHS: Final = (USUAL_LENGTH / 2.0, USUAL_LENGTH)
 """Lengths of a record in presliding lengths. A plateau begins after 1.5 of them: half of the usual length has 2.5 on it."""
@@ -78,24 +79,35 @@ def probe_lengths(manifest_of: ManifestOf, grids: Sequence[int]) -> Iterator[tup
 
 
 def spending(samples: Sequence[tuple[Sample, Sample]], n_x: int) -> Spending | None:
-    """The cheapest members and length on a grid with which ± is SHARE of the change by half its spacing; None if there are none.
+    """The cheapest members and length on a grid with which the parts of ± are SHARE of its spacing's error; None without samples.
 
-    The change is of first order in the spacing: it is extrapolated from both grids of the samples. Members scatter less on finer
-    grids, so that their scatter on the probe's is a bound.
+    Members scatter less on finer grids, so that their scatter on the probe's is a bound. What all members share falls with the
+    length alone, and what they scatter by with both: where that is too large, the usual length or the usual members remain.
     """
     choices = []
-    for fine, coarse in samples:
-        # To first order the relative error is b·h: the two grids differ by b (h_coarse - h_fine), half of h changes b h/2.
-        # Change of the spacing over the finer spacing.
-        between = (fine.n_x - 1) / (coarse.n_x - 1) - 1.0
-        relative = abs(coarse.mean / fine.mean - 1.0)
-        change = relative / between * (fine.n_x - 1) / (n_x - 1) / 2.0
+    for number, (fine, coarse) in enumerate(samples):
+        error = _spacing_error(fine, coarse, n_x)
+        is_longest = number == len(samples) - 1
+        if fine.shared > SHARE * error and not is_longest:
+            continue
         for members in range(FEWEST, USUAL_MEMBERS + 1):
             starts = float(student(members)) * fine.scatter / math.sqrt(members)
-            error = math.hypot(starts, fine.shared)
-            if error <= SHARE * change:
-                choices.append(Spending(members, fine.presliding, error, change))
+            is_usual = is_longest and members == USUAL_MEMBERS
+            if starts <= SHARE * error or is_usual:
+                uncertainty = math.hypot(starts, fine.shared)
+                choices.append(Spending(members, fine.presliding, uncertainty, error / 2.0))
     return min(choices, key=lambda choice: choice.share_of_usual, default=None)
+
+
+def _spacing_error(fine: Sample, coarse: Sample, n_x: int) -> float:
+    """Relative error of the number by the node spacing h of a grid: to first order b·h, twice what half the spacing changes.
+
+    Both grids of the samples differ by b (h_coarse - h_fine), from which b follows.
+    """
+    # Change of the spacing over the finer spacing.
+    between = (fine.n_x - 1) / (coarse.n_x - 1) - 1.0
+    relative = abs(coarse.mean / fine.mean - 1.0)
+    return relative / between * (fine.n_x - 1) / (n_x - 1)
 
 
 def _sample(manifest: Manifest, n_x: int, presliding: float, done: Done) -> Sample:

@@ -1,4 +1,4 @@
-"""Members and length of records that nobody gave: ± is a tenth of what half the node spacing changes, at the lowest cost."""
+"""Members and length of records that nobody gave: parts of ± are a tenth of the error by the node spacing, at the lowest cost."""
 
 import math
 from dataclasses import replace
@@ -20,6 +20,15 @@ def at(presliding: float, scatter: float, shared: float = 0.0) -> tuple[Sample, 
     return tuple(replace(each, presliding=presliding, scatter=scatter, shared=shared) for each in (FINE, COARSE))  # type: ignore[return-value]
 
 
+ERROR = (COARSE.mean / FINE.mean - 1.0) / 2.0
+"""Error by the spacing on 65 nodes, of first order: twice the spacing, 33 nodes, has twice it."""
+
+
+def scatter_allowing(members: int) -> float:
+    """The largest scatter with which so many members are enough on 65 nodes, but for rounding."""
+    return 0.999 * SHARE * ERROR * math.sqrt(members) / float(student(members))
+
+
 def test_the_change_by_half_the_spacing_is_of_first_order_in_it() -> None:
     """From 17 to 33 nodes by 9 %: then by half of that to 65 nodes, a quarter to 129."""
     samples, whole = [at(SHORT, 1e-6)], COARSE.mean / FINE.mean - 1.0
@@ -29,25 +38,32 @@ def test_the_change_by_half_the_spacing_is_of_first_order_in_it() -> None:
         assert found.change == pytest.approx(whole / part, rel=1e-12)
 
 
-def test_as_few_members_as_the_change_allows_and_no_more_than_usual() -> None:
-    change = (COARSE.mean / FINE.mean - 1.0) / 4.0
+def test_as_few_members_as_the_spacing_allows_and_no_more_than_usual() -> None:
     for members in range(FEWEST, USUAL_MEMBERS + 1):
-        scatter = 0.999 * SHARE * change * math.sqrt(members) / float(student(members))
-        found = spending([at(SHORT, scatter)], 65)
+        found = spending([at(SHORT, scatter_allowing(members))], 65)
         assert found is not None
         assert found.members == members
-        assert found.error <= SHARE * found.change
-    assert spending([at(SHORT, 10.0 * SHARE * change)], 65) is None
-    assert spending([at(SHORT, 1e-9, shared=1.1 * SHARE * change)], 65) is None
+        assert found.error <= SHARE * ERROR
+    scattered = spending([at(LONG, 10.0 * SHARE * ERROR)], 65)
+    assert scattered is not None
+    assert scattered.members == USUAL_MEMBERS
+    assert scattered.share_of_usual == 1.0
     assert spending([], 65) is None
+
+
+def test_what_members_share_asks_for_length_and_not_for_members() -> None:
+    """More members reduce nothing that they share: a longer record does, up to the usual length."""
+    little, too_much = 0.9 * SHARE * ERROR, 1.1 * SHARE * ERROR
+    for shared, in_long, presliding in ((little, 0.0, SHORT), (too_much, 0.0, LONG), (too_much, too_much, LONG)):
+        found = spending([at(SHORT, 1e-9, shared), at(LONG, 1e-9, in_long)], 65)
+        assert found is not None
+        assert (found.members, found.presliding) == (FEWEST, presliding)
 
 
 def test_long_records_are_chosen_where_short_ones_need_more_time() -> None:
     """Three members of the long length take as long as six of the short one."""
-    change = (COARSE.mean / FINE.mean - 1.0) / 4.0
-    enough = {members: 0.999 * SHARE * change * math.sqrt(members) / float(student(members)) for members in (3, 5, 8)}
     for short, long, chosen in ((3, 3, (3, SHORT)), (5, 3, (5, SHORT)), (8, 3, (3, LONG))):
-        found = spending([at(SHORT, enough[short]), at(LONG, enough[long])], 65)
+        found = spending([at(SHORT, scatter_allowing(short)), at(LONG, scatter_allowing(long))], 65)
         assert found is not None
         assert (found.members, found.presliding) == chosen
 
