@@ -35,7 +35,8 @@ ORDER = {
     "nanoslip.study": "shipped toml_text exit_codes notices memory canonical provenance processor origin "
     "measured manifest tasks plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.measured": "units columns recording slips means cycles loops over_load events trace",
-    "nanoslip.study.manifest": "parameters vocabulary problems surface observables checker manifest keys effects reader cases",
+    "nanoslip.study.manifest": "parameters vocabulary problems surface observables checker manifest designs keys"
+    " effects reader cases",
     "nanoslip.study.tasks": "task kind estimates compute miniature functions compliance contact contacts record path"
     " statistics states observables drive drive_observables",
     "nanoslip.study.plan": "plan expectations",
@@ -207,15 +208,15 @@ APART = {
         manifest.vocabulary.otherwise manifest.observables.parse_reference
         results.files.Shard.parse run.batch run.batch.parse_time_limit""",
     "files of users": """measured.columns measured.columns._cells measured.columns._split_labels measured.columns._title
-        measured.columns.read_cells measured.columns.read_columns manifest.surface manifest.checker.NamedFiles._source
+        measured.columns.read_cells measured.columns.read_columns manifest.surface manifest.checker.NamedFiles.source
         manifest.observables manifest.observables.explain_docstring tasks.functions tasks.functions._imported_modules""",
     "files of this program, their names and hashes": """dataset.file dataset.table.author_coordinates
-        dataset.texts dataset.texts.decode_texts dataset.texts.encode_texts manifest.checker.NamedFiles._read
+        dataset.texts dataset.texts.decode_texts dataset.texts.encode_texts manifest.checker.NamedFiles.read
         results.entry results.entry.later
         results.files results.files.read_lines results.store run.journal.long_task_keys toml_text._key""",
     "names and symbols": """dataset.variables.si_coordinates dataset.variables.describe_size dataset.units.stored_name
         figures.points.axis_named report.summary solver.compiling solver.view.label_numbers figures.gallery._number
-        figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
+        figures.points manifest.checker._read_file manifest.parameters manifest.parameters.as_written
         manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.expectations._name_with_size
         tasks.task._parameters run.child._other_software dataset.verify.Recomputed._scale""",
     "digits of a number": "dataset.units.format_value solver.view.round_with_error",

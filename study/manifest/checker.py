@@ -1,7 +1,7 @@
 """Check the tables of a campaign file and the files that it names: known words, values in range, declared types."""
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -34,6 +34,7 @@ from nanoslip.study.manifest.problems import (
     ManifestError,
     Place,
     Problem,
+    Problems,
     key_shown,
     repeated_remark,
     suggestion_remark,
@@ -339,153 +340,172 @@ class SceneSizes(NamedTuple):
     """normal_load in N, which loads of a path are divided by; NaN if cases differ in it."""
 
 
-class Checker:
-    """Checks the tables of a campaign file and collects its problems.
+Converted = TypeVar("Converted")
 
-    beside: texts of the files that the campaign names, by their keys; None if they are read from disk.
-    """
 
-    def __init__(self, path: Path, beside: Mapping[str, str] | None = None) -> None:
-        self.path = path
-        self.beside = beside
-        self.problems: list[Problem] = []
-
-    def place(self, table: str = "") -> Place:
-        """A table of the campaign file, or its top."""
-        return Place(str(self.path), table)
-
-    def refuse(self, key: str, value: object = ABSENT, need: str = "", remark: str = "", table: str = "") -> None:
-        """Add a problem: key, refused value, and the need or remark."""
-        self.problems.append(Problem(self.place(table), key, value, need, remark))
-
-    def words_of_table(self, table: str, content: dict[str, Any], others: Collection[str] = ()) -> GivenColumns:
-        """The entries of a table of parameters, each as a column with one value. Unknown words are refused.
-
-        others: keys that the table takes beside parameters, for the advice.
-        """
-        good: GivenColumns = {}
-        for word, value in content.items():
-            if word in table_words(table):
-                good[word] = [Given(self.place(table), word, value)]
-                continue
-            remark = unknown(word, (*table_words(table), *others))
-            self.refuse(key_shown(word), value, remark=remark, table=table)
-        return good
-
-    def lists(self, table: str, content: Mapping[str, Any], words: Collection[str]) -> Iterator[tuple[str, list[Any]]]:
-        """The axes of a table, with their values. Unknown words are refused, and entries that are no list of
-        values."""
-        for word, values in content.items():
-            if word not in words:
-                self.refuse(key_shown(word), values, remark=unknown(word, words), table=table)
-            elif isinstance(values, list) and values:
-                yield word, values
-            else:
-                need = "a list of at least one value"
-                # A range is read only where the design says so: the key that is missing is `design`.
-                if table == "axes" and isinstance(values, dict):
-                    need += ', or for a range design = "sobol" or "latin_hypercube"'
-                self.refuse(key_shown(word), values, need, table=table)
-
-    def first_places(self, table: str, word: str, values: list[Any]) -> dict[int, Any]:
-        """Position -> value, of the first appearance of each value of an axis as it is written. Refuse values that repeat."""
-        firsts: dict[object, int] = {}
-        repeated: dict[object, Any] = {}
-        for place, value in enumerate(values):
-            # A list or a table cannot be hashed, and is refused as a value later on. 1 and true are two values.
-            is_nested = isinstance(value, list | dict)
-            written = place if is_nested else (type(value), value)
-            if firsts.setdefault(written, place) != place:
-                repeated[written] = value
-        if repeated:
-            self.refuse(word, remark=repeated_remark(repeated.values()), table=table)
-        return {place: values[place] for place in firsts.values()}
-
-    def one_place(self, axes: GivenColumns, fixed: dict[str, GivenColumns]) -> None:
-        """Refuse every parameter that is given twice: as an axis and in a table."""
-        for table, part in fixed.items():
-            for word in part:
-                if word in axes:
-                    self.refuse(word, need="one place", remark="is an axis too", table=table)
-
-    def plain(self, columns: GivenColumns, sizes: SceneSizes) -> GivenColumns:
-        """Columns with numbers in place of values with units; invalid ones are refused."""
-        stated = parameters_of_a_case()
-        numbers: dict[str, list[Given]] = {}
-        for word, entries in columns.items():
-            parameter = stated[names_by_word()[word]]
-            converted = [self._plain(parameter, sizes, entry) for entry in entries]
-            numbers[word] = [entry for entry in converted if entry]
-        return numbers
-
-    def _plain(self, stated: Parameter, sizes: SceneSizes | None, given: Given) -> Given | None:
+def convert_all(entries: Iterable[Given], convert: Callable[[Given], Converted]) -> tuple[list[Converted], Problems]:
+    """Entries as `convert` makes them, and the problems of those that it refuses by InvalidInput or ManifestError."""
+    good, problems = list[Converted](), Problems()
+    for entry in entries:
         try:
-            if stated.listed:
-                load = sizes.load if sizes else math.nan
-                return given._replace(value=parse_loads(given.value, load))
-            scales = sizes.scales if sizes else None
-            value = plain(given.key, given.value, stated, scales)
+            good.append(convert(entry))
         except InvalidInput as error:
-            self.problems.append(given.problem(error.need))
-            return None
-        # Over the default width a length would be a number that its author never meant.
-        had_unit = value is not given.value
-        if had_unit and sizes and stated.scale == "slab_width" and not sizes.width_given:
-            self.problems.append(given.problem(width_needed(sizes.half_width)))
-            return None
-        return given._replace(value=value)
+            problems.append(entry.problem(error.need))
+        except ManifestError as error:
+            problems += error.problems
+    return good, problems
 
-    def to_si(self, where: str, content: Mapping[str, Any], parameters: Mapping[str, Parameter]) -> dict[str, Any]:
-        """Entries of a table in SI, with numbers in the units of their keys; invalid ones are refused."""
-        in_si = {}
-        for key, value in content.items():
-            # An unknown key stays, and is refused with the table: this is about units alone.
-            if key not in parameters:
-                in_si[key] = value
-                continue
-            entry = self._plain(parameters[key], None, Given(self.place(where), key, value))
-            if entry:
-                in_si[key] = entry.value
-        return in_si
 
-    def values(self, columns: GivenColumns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Any, ...]]:
-        """Values in their declared type, by field name. Values out of range are refused and left out.
+# Tables: known words, and lists of values.
 
-        slabs: parameters of the campaign's slabs. What a scheme sets or limits is refused only if it fits none of them.
-            None stands for a setting that a line of a table does not give.
-        """
-        values: dict[str, list[Any]] = {}
-        for word, entries in columns.items():
-            name = names_by_word()[word]
-            convert, values[name] = _converter(name, slabs), []
-            for entry in entries:
-                try:
-                    # Draws of a range are millions, in their type already, and allowed as its ends are.
-                    value = entry.value if entry.allowed else convert(entry.value)
-                    values[name].append(value)
-                except InvalidInput as error:
-                    self.problems.append(entry.problem(error.need))
-        return {name: tuple(column) for name, column in values.items()}
 
-    def valid(
-        self, where: str, content: dict[str, Any], make: Any, names: Collection[str] = (), **others: object
-    ) -> dict[str, Any]:
-        """The entries of a table whose key is among `names` and whose value `make` takes with `others`; refuse all others.
+def check_words(table: str, content: Mapping[str, Any], others: Collection[str] = ()) -> tuple[GivenColumns, Problems]:
+    """The entries of a table of parameters, each as a column with one value; unknown words are problems.
 
-        names: by default the names of the fields of `make`.
-        """
-        good, names = {}, names or field_names(make)
-        for key, value in content.items():
-            if key not in names:
-                self.refuse(key_shown(key), value, remark=unknown(key, names), table=where)
-                continue
-            # Each entry is tried alone, so that one wrong entry hides no other.
-            wrong = find_refusal(partial(make, **{**others, key: value}))
-            if wrong:
-                self.refuse(key, value, wrong.need, table=where)
-            else:
-                good[key] = value
-        return good
+    others: keys that the table takes beside parameters, which are read elsewhere.
+    """
+    good, problems = GivenColumns(), Problems()
+    for word, value in content.items():
+        if word in table_words(table):
+            good[word] = [Given(Place(part=table), word, value)]
+        elif word not in others:
+            remark = unknown(word, (*table_words(table), *others))
+            problems.append(Problem.of(key_shown(word), value, remark=remark, table=table))
+    return good, problems
+
+
+def check_axes(
+    table: str, content: Mapping[str, Any], words: Collection[str], repeats: bool = False
+) -> tuple[GivenColumns, Problems]:
+    """The values of a table's axes; unknown words are problems, entries that are no list of values, and repeated values.
+
+    repeats: whether a value may come again.
+    """
+    listed, problems = GivenColumns(), Problems()
+    for word, values in content.items():
+        if word not in words:
+            problems.append(Problem.of(key_shown(word), values, remark=unknown(word, words), table=table))
+            continue
+        if not isinstance(values, list) or not values:
+            need = "a list of at least one value"
+            # A range is read only where the design says so: the key that is missing is `design`.
+            if table == "axes" and isinstance(values, dict):
+                need += ', or for a range design = "sobol" or "latin_hypercube"'
+            problems.append(Problem.of(key_shown(word), values, need, table=table))
+            continue
+        entries = [Given(Place(part=table), f"{word}[{index}]", value) for index, value in enumerate(values)]
+        if not repeats:
+            entries, repeated = _first_entries(entries)
+            if repeated:
+                problems.append(Problem.of(word, remark=repeated_remark(repeated), table=table))
+        listed[word] = entries
+    return listed, problems
+
+
+def _first_entries(entries: Sequence[Given]) -> tuple[list[Given], Collection[Any]]:
+    """The first entry of each value as it is written, and the values that appear again."""
+    firsts: dict[object, Given] = {}
+    repeated: dict[object, Any] = {}
+    for entry in entries:
+        value = entry.value
+        # A list or a table cannot be hashed, and is refused as a value later on. 1 and true are two values.
+        is_nested = isinstance(value, list | dict)
+        written = entry.key if is_nested else (type(value), value)
+        if firsts.setdefault(written, entry) is not entry:
+            repeated[written] = value
+    return list(firsts.values()), repeated.values()
+
+
+def check_places(axes: GivenColumns, fixed: Mapping[str, GivenColumns]) -> Problems:
+    """Problems of parameters that are given twice: as an axis and in a table."""
+    problems = []
+    for table, part in fixed.items():
+        for word in part:
+            if word in axes:
+                problems.append(Problem.of(word, need="one place", remark="is an axis too", table=table))
+    return problems
+
+
+# Numbers in place of values with units.
+
+
+def convert_columns(columns: GivenColumns, sizes: SceneSizes) -> tuple[GivenColumns, Problems]:
+    """Columns with multiples of the scene's sizes in place of values with units; invalid ones are problems."""
+    numbers, problems = GivenColumns(), Problems()
+    for word, entries in columns.items():
+        stated = parameters_of_a_case()[names_by_word()[word]]
+        numbers[word], wrong = convert_all(entries, partial(_to_sizes, stated, sizes))
+        problems += wrong
+    return numbers, problems
+
+
+def _to_sizes(stated: Parameter, sizes: SceneSizes, given: Given) -> Given:
+    """An entry with a multiple of the scene's sizes in place of a value with a unit. Raises InvalidInput."""
+    if stated.listed:
+        return given._replace(value=parse_loads(given.value, sizes.load))
+    value = plain(given.key, given.value, stated, sizes.scales)
+    # Over the default width a length would be a number that its author never meant.
+    had_unit = value is not given.value
+    if had_unit and stated.scale == "slab_width" and not sizes.width_given:
+        raise InvalidInput(given.key, given.value, width_needed(sizes.half_width))
+    return given._replace(value=value)
+
+
+def convert_to_si(
+    where: str, content: Mapping[str, Any], parameters: Mapping[str, Parameter]
+) -> tuple[dict[str, Any], Problems]:
+    """Entries of a table in SI, with numbers in the units of their keys; invalid ones are problems."""
+
+    def to_si(given: Given) -> Given:
+        # An unknown key stays, and is refused with the table: this is about units alone.
+        if given.key not in parameters:
+            return given
+        return given._replace(value=plain(given.key, given.value, parameters[given.key]))
+
+    entries = [Given(Place(part=where), key, value) for key, value in content.items()]
+    in_si, problems = convert_all(entries, to_si)
+    return {entry.key: entry.value for entry in in_si}, problems
+
+
+# Values in their declared type.
+
+
+def check_columns(
+    columns: GivenColumns, slabs: Sequence[dict[str, Value]]
+) -> tuple[dict[str, tuple[Any, ...]], Problems]:
+    """Values in their declared type, by field name. Values out of range are problems, and left out.
+
+    slabs: parameters of the campaign's slabs. What a scheme sets or limits is refused only if it fits none of them.
+        None stands for a setting that a line of a table does not give.
+    """
+    values, problems = dict[str, tuple[Any, ...]](), Problems()
+    for word, entries in columns.items():
+        name = names_by_word()[word]
+        good, wrong = convert_all(entries, _converter(name, slabs))
+        values[name] = tuple(good)
+        problems += wrong
+    return values, problems
+
+
+def check_entries(
+    where: str, content: Mapping[str, Any], make: Any, names: Collection[str] = (), **others: object
+) -> tuple[dict[str, Any], Problems]:
+    """The entries of a table whose key is among `names` and whose value `make` takes with `others`; all others are problems.
+
+    names: by default the names of the fields of `make`.
+    """
+    good, problems, names = dict[str, Any](), Problems(), names or field_names(make)
+    for key, value in content.items():
+        if key not in names:
+            problems.append(Problem.of(key_shown(key), value, remark=unknown(key, names), table=where))
+            continue
+        # Each entry is tried alone, so that one wrong entry hides no other.
+        wrong = find_refusal(partial(make, **{**others, key: value}))
+        if wrong:
+            problems.append(Problem.of(key, value, wrong.need, table=where))
+        else:
+            good[key] = value
+    return good, problems
 
 
 def is_limited(name: str) -> bool:
@@ -493,14 +513,16 @@ def is_limited(name: str) -> bool:
     return name in (*LIMITED_BY_SCHEME, *BY_ROWS, *SCHEMES.settings())
 
 
-def _converter(name: str, slabs: list[dict[str, Value]]) -> Callable[[Any], Any]:
+def _converter(name: str, slabs: Sequence[dict[str, Value]]) -> Callable[[Given], Any]:
     """Function that converts a value of a parameter to its declared type. It raises InvalidInput if no slab takes the value."""
     # A table has millions of values: a case of which all but one parameter is kept takes a fraction of a new one's time.
     alike = Alike({}, (name,)) if name in declared(Case) else None
     limited = is_limited(name)
 
-    def convert(value: Any) -> Any:
-        if value is None or isinstance(value, FileName):
+    def convert(given: Given) -> Any:
+        value = given.value
+        # Draws of a range are millions, in their type already, and allowed as its ends are.
+        if given.allowed or value is None or isinstance(value, FileName):
             return value
         if alike and not limited:
             case = alike.case((value,))
@@ -515,148 +537,160 @@ def _converter(name: str, slabs: list[dict[str, Value]]) -> Callable[[Any], Any]
     return convert
 
 
-# Read the files that a campaign names: its table of cases, and parameters that are files.
+# The files that a campaign names: its table of cases, parameters that are files, and sources of observables.
 
 ReadContent = TypeVar("ReadContent")
 
 
-class NamedFiles(Checker):
-    """Reads the files that one campaign file names, or takes their texts from `beside`; collects problems."""
+@dataclass(frozen=True, slots=True)
+class NamedFiles:
+    """The files that one campaign names, in its folder or as texts."""
 
-    def table(self, top: dict[str, Any]) -> CaseTable | None:
-        """The table of cases; None if the campaign names none or it is refused."""
-        if "table" not in top:
-            return None
-        name = top["table"]
-        for other in ("axes", "design"):
-            if other in top:
-                self.refuse(other, need=f"to be left out beside table = {quote_toml(name)}")
-        return self._read(read_table, "table", name)
+    folder: Path
+    texts: Mapping[str, str] | None = None
+    """Texts of the files by the keys that name them; None if they are read from the folder."""
 
-    def rows(self, fixed: dict[str, GivenColumns], sizes: SceneSizes) -> dict[str, FileRows]:
-        """Values of the parameters of the tables that are files, by their words; they take the place of the files' names."""
-        files: dict[str, FileRows] = {}
-        for content in fixed.values():
-            words = [word for word in file_parameters() if word in content]
-            for word in words:
-                # A file that is refused leaves no value: its name would be refused once more, as no list of numbers.
-                entry = content.pop(word)[0]
-                rows = self._rows(entry, sizes)
-                if rows:
-                    files[word] = rows
-                    content[word] = [entry._replace(value=rows.value)]
-        return files
-
-    def rows_of_axis(self, axes: GivenColumns, sizes: SceneSizes) -> dict[str, FileRows]:
-        """The profiles on an axis, whose names take the place of the files: all of their texts, one after the other."""
-        entries, profiles = axes.pop("roughness", []), dict[str, FileRows]()
-        for entry in entries:
-            value = entry.value
-            # A smooth pin has no file: it does not count among the texts that a dataset holds, one after the other.
-            number = len(profiles) - (SMOOTH in profiles)
-            rows = FileRows("", ()) if value == SMOOTH else self._rows(entry, sizes, number)
-            if not rows:
-                continue
-            name = value["file"] if isinstance(value, dict) else value
-            # The name labels the case: the same file in other units would be another case of the same label.
-            if name in profiles:
-                self.problems.append(entry.problem("a file of its own, whose name the case has"))
-                continue
-            profiles[name] = rows
-            label = FileName(name)
-            label.content = rows.value
-            axes.setdefault("roughness", []).append(entry._replace(value=label))
-        if not entries:
-            return {}
-        texts = [rows.text for name, rows in profiles.items() if name != SMOOTH]
-        return {"roughness": FileRows(BETWEEN.join(texts), ())}
-
-    def _rows(self, given: Given, sizes: SceneSizes, number: int | None = None) -> FileRows | None:
-        """The value of a parameter from its file, on an axis from one of several files; None if it is refused."""
-        word, name = given.key.partition("[")[0], given.value
-        if word == "roughness" and isinstance(name, dict):
-            return self._surface(given, sizes.scales.slab_width, number)
-        if not isinstance(name, str):
-            columns = " and ".join(file_parameters()[word].columns)
-            self.problems.append(given.problem(f"the path of a CSV file with {columns}"))
-            return None
-        if word != "legs":
-            return self._read(partial(read_rows, word), word, name, number)
-        slab_width = sizes.scales.slab_width if sizes.width_given else math.nan
-        read = partial(read_legs, units=(slab_width, sizes.load))
-        return self._read(read, word, name, number)
-
-    def _surface(self, given: Given, slab_width: float, number: int | None) -> FileRows | None:
-        """The roughness of a measured profile; None if it is refused."""
-        where = f"{given.place.part}.{given.key}"
-        good = self.valid(where, given.value, NamedSurface)
-        if "file" not in good:
-            self.problems.append(given.problem("file, the path of a text file with two columns"))
-        # With an entry that was refused the file would be read in units that nobody gave.
-        if good.keys() < {*given.value, "file"}:
-            return None
-
-        def read(path: Path, text: str | None) -> FileRows:
-            text = read_text(path, text, decode_text)
-            named = NamedSurface(**good)
-            try:
-                surface = read_surface(path, text, named)
-                return FileRows(text, surface.roughness(slab_width))
-            except InvalidInput as error:
-                raise ManifestError.in_file(path, remark=str(error)) from None
-
-        return self._read(read, "roughness", good["file"], number)
-
-    def observables(self, references: Sequence[str]) -> tuple[str, tuple[Observable, ...]]:
-        """The user's own numbers that a campaign names, and the text of their files; refused ones are left out."""
-        numbers: list[Observable] = []
-        texts: dict[str, str] = {}
-        names = source_files(references)
-        for written in references:
-            reference = parse_reference(written)
-            file = self.path.parent / reference.file
-            try:
-                # Several functions of one file: its text is read, and kept in a dataset, once.
-                if reference.file not in texts:
-                    place = names.index(reference.file)
-                    texts[reference.file] = self._source(file, place, len(names))
-                function = find_function(reference.name, file, texts[reference.file])
-                numbers.append(function)
-            except ManifestError as error:
-                remark = error.problems[0].remark
-                self.refuse(KEY, written, f"{reference.file} beside this file", remark, "outputs")
-            except InvalidInput as error:
-                self.refuse(KEY, written, error.need, table="outputs")
-        return BETWEEN.join(texts.values()), tuple(numbers)
-
-    def _source(self, file: Path, number: int, count: int) -> str:
-        """Text of a source, from the disk or as one of several texts beside the campaign. Raises ManifestError, InvalidInput."""
-        if self.beside is None:
-            text = read_text(file)
-            # A form feed separates the texts in a dataset: one inside a source would split it where it is read again.
-            require(KEY, file.name, BETWEEN not in text, f"{file.name} without form feeds")
-            return text
-        texts = self.beside.get(KEY, "").split(BETWEEN)
-        if len(texts) != count:
-            raise ManifestError.in_file(file, remark="the text of its file is missing")
-        return texts[number]
-
-    def _read(
+    def read(
         self, read: Callable[[Path, str | None], ReadContent], key: str, name: str, number: int | None = None
-    ) -> ReadContent | None:
-        """Contents of the file of a key, or of its text, one of several; None if refused."""
+    ) -> ReadContent:
+        """Contents of the file of a key, or of its text, one of several. Raises ManifestError."""
         text = None
-        if self.beside is not None:
-            texts = [self.beside[key]] if key in self.beside else []
+        if self.texts is not None:
+            texts = [self.texts[key]] if key in self.texts else []
             if texts and number is not None:
                 texts = texts[0].split(BETWEEN)[number:]
             # A dataset that was cut, or whose attributes somebody changed: reading a file of this name would hide that.
             if not texts:
-                self.refuse(key, remark="the text of its file is missing")
-                return None
+                raise ManifestError.of(key, remark="the text of its file is missing")
             text = texts[0]
+        return read(self.folder / name, text)
+
+    def source(self, name: str, number: int, count: int) -> str:
+        """Text of a source, one of several in this order. Raises ManifestError, InvalidInput."""
+        file = self.folder / name
+        if self.texts is None:
+            text = read_text(file)
+            # A form feed separates the texts in a dataset: one inside a source would split it where it is read again.
+            require(KEY, name, BETWEEN not in text, f"{name} without form feeds")
+            return text
+        texts = self.texts.get(KEY, "").split(BETWEEN)
+        if len(texts) != count:
+            raise ManifestError.in_file(file, remark="the text of its file is missing")
+        return texts[number]
+
+
+def read_case_table(files: NamedFiles, top: Mapping[str, Any]) -> tuple[CaseTable | None, Problems]:
+    """The table of cases; None if the campaign names none or it is refused."""
+    if "table" not in top:
+        return None, []
+    name = top["table"]
+    need = f"to be left out beside table = {quote_toml(name)}"
+    problems = [Problem.of(other, need=need) for other in ("axes", "design") if other in top]
+    try:
+        return files.read(read_table, "table", name), problems
+    except ManifestError as error:
+        return None, [*problems, *error.problems]
+
+
+def read_files_of_table(
+    files: NamedFiles, content: GivenColumns, sizes: SceneSizes
+) -> tuple[GivenColumns, dict[str, str], Problems]:
+    """A table with values in place of the files' names, and the texts of these files by word."""
+    named = [word for word in file_parameters() if word in content]
+    columns = {word: entries for word, entries in content.items() if word not in named}
+    texts, problems = dict[str, str](), Problems()
+    for word in named:
+        entries = content[word]
+        all_rows, wrong = convert_all(entries, partial(_read_file, files, sizes))
+        problems += wrong
+        # A file that is refused leaves no value: its name would be refused once more, as no list of numbers.
+        for rows, entry in zip(all_rows, entries, strict=False):
+            texts[word] = rows.text
+            columns[word] = [entry._replace(value=rows.value)]
+    return columns, texts, problems
+
+
+def read_files_of_axis(
+    files: NamedFiles, axes: GivenColumns, sizes: SceneSizes
+) -> tuple[GivenColumns, dict[str, str], Problems]:
+    """Axes with values behind the names of profiles, and the texts of these files, one after the other."""
+    entries = axes.get("roughness", [])
+    columns = {word: column for word, column in axes.items() if word != "roughness"}
+    if not entries:
+        return columns, {}, []
+    # A smooth pin has no file: it does not count among the texts that a dataset holds, one after the other.
+    with_file = [entry.key for entry in entries if entry.value != SMOOTH]
+    texts: dict[str, str] = {}
+
+    def read(entry: Given) -> Given:
+        is_smooth = entry.value == SMOOTH
+        rows = FileRows("", ()) if is_smooth else _read_file(files, sizes, entry, with_file.index(entry.key))
+        name = entry.value["file"] if isinstance(entry.value, dict) else entry.value
+        # The name labels the case: the same file in other units would be another case of the same label.
+        require(entry.key, entry.value, name not in texts, "a file of its own, whose name the case has")
+        texts[name] = rows.text
+        label = FileName(name)
+        label.content = rows.value
+        return entry._replace(value=label)
+
+    labels, problems = convert_all(entries, read)
+    if labels:
+        columns["roughness"] = labels
+    text = BETWEEN.join(text for name, text in texts.items() if name != SMOOTH)
+    return columns, {"roughness": text}, problems
+
+
+def _read_file(files: NamedFiles, sizes: SceneSizes, given: Given, number: int | None = None) -> FileRows:
+    """The value of a parameter from its file, on an axis from one of several files. Raises InvalidInput, ManifestError."""
+    word, name = given.key.partition("[")[0], given.value
+    if word == "roughness" and isinstance(name, dict):
+        return _read_profile(files, given, sizes.scales.slab_width, number)
+    columns = " and ".join(file_parameters()[word].columns)
+    require(given.key, name, isinstance(name, str), f"the path of a CSV file with {columns}")
+    if word != "legs":
+        return files.read(partial(read_rows, word), word, name, number)
+    slab_width = sizes.scales.slab_width if sizes.width_given else math.nan
+    return files.read(partial(read_legs, units=(slab_width, sizes.load)), word, name, number)
+
+
+def _read_profile(files: NamedFiles, given: Given, slab_width: float, number: int | None) -> FileRows:
+    """The roughness of a measured profile. Raises ManifestError."""
+    where = f"{given.place.part}.{given.key}"
+    good, problems = check_entries(where, given.value, NamedSurface)
+    if "file" not in good:
+        problems.append(given.problem("file, the path of a text file with two columns"))
+    # With an entry that was refused the file would be read in units that nobody gave.
+    if problems:
+        raise ManifestError(problems)
+
+    def read(path: Path, text: str | None) -> FileRows:
+        text = read_text(path, text, decode_text)
         try:
-            return read(self.path.parent / name, text)
+            surface = read_surface(path, text, NamedSurface(**good))
+            return FileRows(text, surface.roughness(slab_width))
+        except InvalidInput as error:
+            raise ManifestError.in_file(path, remark=str(error)) from None
+
+    return files.read(read, "roughness", good["file"], number)
+
+
+def read_observables(files: NamedFiles, references: Sequence[str]) -> tuple[str, tuple[Observable, ...], Problems]:
+    """The text of the files of the user's own numbers, and the numbers; refused ones are left out."""
+    texts: dict[str, str] = {}
+    names = source_files(references)
+
+    def read(given: Given) -> Observable:
+        reference = parse_reference(given.value)
+        file = reference.file
+        try:
+            # Several functions of one file: its text is read, and kept in a dataset, once.
+            if file not in texts:
+                texts[file] = files.source(file, names.index(file), len(names))
         except ManifestError as error:
-            self.problems += error.problems
-            return None
+            need, remark = f"{file} beside this file", error.problems[0].remark
+            raise ManifestError([Problem(given.place, given.key, given.value, need, remark)]) from None
+        return find_function(reference.name, files.folder / file, texts[file])
+
+    entries = [Given(Place(part="outputs"), KEY, written) for written in references]
+    numbers, problems = convert_all(entries, read)
+    return BETWEEN.join(texts.values()), tuple(numbers), problems

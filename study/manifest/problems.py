@@ -52,6 +52,11 @@ class Problem:
     remark: str = ""
     """Problem, if the value alone does not show it: the key is unknown, or belongs elsewhere."""
 
+    @classmethod
+    def of(cls, key: str, value: object = ABSENT, need: str = "", remark: str = "", table: str = "") -> "Problem":
+        """A problem with a key of a campaign's table, or of its top, without the name of the file."""
+        return cls(Place(part=table), key, value, need, remark)
+
     def __str__(self) -> str:
         # None is a key that has to be there; ABSENT is a problem without a value, as that of a whole file.
         parts = [self.place.of(self.key)]
@@ -65,6 +70,9 @@ class Problem:
         return escape(": ".join(filter(None, parts)))
 
 
+Problems = list[Problem]
+
+
 class ManifestError(NanoslipError):
     """A campaign is wrong: all of its problems."""
 
@@ -75,13 +83,21 @@ class ManifestError(NanoslipError):
     @classmethod
     def of(cls, key: str, value: object = ABSENT, need: str = "", remark: str = "") -> "ManifestError":
         """An error of a single problem that is in no file."""
-        return cls([Problem(Place(), key, value, need, remark)])
+        return cls([Problem.of(key, value, need, remark)])
 
     @classmethod
     def in_file(cls, path: Path, need: str = "", remark: str = "", line: int | None = None) -> "ManifestError":
         """An error of a single problem with a whole file, or with a line of it."""
         place = Place(path_shown(path), "" if line is None else line)
         return cls([Problem(place, "", ABSENT, need, remark)])
+
+    def name_file(self, path: Path) -> "ManifestError":
+        """Error whose problems are in this file, unless they are in another one."""
+        problems = []
+        for problem in self.problems:
+            place = problem.place if problem.place.file else problem.place._replace(file=str(path))
+            problems.append(replace(problem, place=place))
+        return ManifestError(problems)
 
     def drop_places(self) -> "ManifestError":
         """Error without the places of its problems, for keys that were given without a file and without tables."""
