@@ -16,7 +16,7 @@ from nanoslip.solver.outcome import ABSENT, COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import declared, require
 from nanoslip.study.canonical import Texts, content_hash
 from nanoslip.study.manifest.checker import number_or_text
-from nanoslip.study.manifest.manifest import STAGES, Manifest, drive_parameters
+from nanoslip.study.manifest.manifest import KEYS_OF_FILES, STAGES, Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import (
     OTHER_TABLES,
     STANDARD,
@@ -30,7 +30,6 @@ from nanoslip.study.manifest.parameters import (
     words_by_name,
 )
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, repeated_remark, unknown
-from nanoslip.study.manifest.reader import KEYS_OF_FILES
 
 AxisValues = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""

@@ -26,7 +26,7 @@ from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, declared, parameter, require, validate
 from nanoslip.study.manifest.observables import REFERENCE, Observable, require_references
-from nanoslip.study.manifest.parameters import OTHER_TABLES, YOUNG, Value, as_written, field_names, span
+from nanoslip.study.manifest.parameters import OTHER_TABLES, TABLES, YOUNG, Value, as_written, field_names, span
 from nanoslip.study.toml_text import ONE_LINE, from_toml, is_one_line, quote_toml
 
 # Who made a campaign and how others may use it: the table [about], for attributes of the dataset. It decides no result.
@@ -377,6 +377,22 @@ MORE_KEYS: Final[Mapping[tuple[str, str], Parameter]] = {
     ("limits", SECONDS_KEY): TASK_SECONDS,
 }
 """Table and key -> declaration of a key that is no field of the values that its table makes."""
+OTHERS: Final = {"limits": (SECONDS_KEY,)}
+"""Table -> its keys that are no parameters of a case."""
+AXES: Final = "drive_axes"
+TOP_LEVEL: Final[dict[str, tuple[type, str]]] = {
+    **{
+        name: (kind, stated.need or stated.describe_range(name, whole=True))
+        for (name, stated), kind in zip(declared(CampaignKeys).items(), (str, list, str, int, int, str), strict=True)
+    },
+    "axes": (dict, "a table [axes]"),
+    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble", "target", "about")},
+    "drives": (list, "tables [[drives]]"),
+    AXES: (dict, f"a table [{AXES}]"),
+}
+"""Key outside of all tables, or table -> type of its content, and what it has to be."""
+KEYS_OF_FILES: Final = frozenset((*TOP_LEVEL, "name", *itertools.chain(*OTHERS.values())))
+"""Keys that a campaign has beside the parameters of its cases, their ensembles, drives and outputs."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,17 +49,19 @@ from nanoslip.study.manifest.checker import (
 )
 from nanoslip.study.manifest.designs import SAMPLED, sample_axes
 from nanoslip.study.manifest.manifest import (
+    AXES,
     KNOWABLE,
     MOST_CASES,
     MOST_DRIVEN,
     OF_CONTACTS,
+    OTHERS,
     SECONDS_KEY,
     STAGES,
     TASK_SECONDS,
+    TOP_LEVEL,
     YOUNG_MODULUS,
     About,
     CampaignDrive,
-    CampaignKeys,
     Design,
     EnsembleTable,
     Manifest,
@@ -93,7 +95,6 @@ from nanoslip.study.toml_text import ONE_LINE, from_toml, is_one_line, quote_tom
 
 # The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes].
 
-AXES: Final = "drive_axes"
 DEFAULT: Final = "default"
 """Name of a drive whose table gives none, or that has axes and no table."""
 
@@ -316,18 +317,6 @@ def _document(path: Path, text: str) -> dict[str, Any]:
         raise ManifestError.in_file(path, remark=str(error)) from None
 
 
-TOP_LEVEL: Final[dict[str, tuple[type, str]]] = {
-    **{
-        name: (kind, stated.need or stated.describe_range(name, whole=True))
-        for (name, stated), kind in zip(declared(CampaignKeys).items(), (str, list, str, int, int, str), strict=True)
-    },
-    "axes": (dict, "a table [axes]"),
-    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble", "target", "about")},
-    "drives": (list, "tables [[drives]]"),
-    AXES: (dict, f"a table [{AXES}]"),
-}
-
-
 def goes_to_and_fro(top: Mapping[str, Any]) -> bool:
     """True if the stage of all drives of a campaign's content has a stroke."""
     if "stage_stroke" in top.get(AXES, {}):
@@ -374,14 +363,6 @@ def _need_of_target(name: str, stages: tuple[Stage, ...], tractions: bool) -> st
     if name in OF_CONTACTS and "slip" in stages and not tractions:
         return 'stages = ["contact"] or outputs.tractions = true: else no contact is kept beside the record'
     return ""
-
-
-OTHERS: Final = {"limits": (SECONDS_KEY,)}
-"""Table -> its keys that are no parameters of a case."""
-
-
-KEYS_OF_FILES: Final = frozenset((*TOP_LEVEL, "name", *itertools.chain(*OTHERS.values())))
-"""Keys that a campaign has beside the parameters of its cases, their ensembles, drives and outputs."""
 
 
 PARTS: Final = "split an axis over several campaigns, and join their datasets by nanoslip.concat"

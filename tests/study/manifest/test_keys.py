@@ -8,9 +8,8 @@ import pytest
 from nanoslip.solver.drive import Scales
 from nanoslip.study.manifest.cases import tables
 from nanoslip.study.manifest.keys import Key, find_key, key_text, keys, text_of_table
-from nanoslip.study.manifest.manifest import SECONDS_KEY
+from nanoslip.study.manifest.manifest import SECONDS_KEY, TOP_LEVEL
 from nanoslip.study.manifest.parameters import plain
-from nanoslip.study.manifest.reader import TOP_LEVEL
 
 
 def values(key: Key) -> list[Any]:
