@@ -2,12 +2,13 @@
 
 Sums over the table of a complete product of axes; else indices of functions drawn from a Gaussian process over known cases.
 Their uncertainty is the spread of the draws and the share of variance that the process does not predict at cases left out.
+Cases of the same starts deviate together as far as their members do: that part of a ± is one draw for each set of starts.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import scipy
@@ -80,6 +81,64 @@ def find_axis(name: str, values: NDArray[Any]) -> Axis:
     return Axis(name, (), low - room, high + room, logarithmic)
 
 
+# Errors that cases of the same starts share.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SharedStarts:
+    """Sets of starts of cases, and how far the ± of cases of one set is one draw."""
+
+    sets: NDArray[np.int_]
+    """(n,) Number of each case's set, from 0."""
+    share: float
+    """Share of the variance of a ± that all cases of a set have in common, 0 to 1."""
+
+    def variance_share(self) -> float:
+        """Share of the variance of a ± that is in the variance over all cases: a draw that all have in common is not."""
+        shares = np.bincount(self.sets) / len(self.sets)
+        return 1.0 - self.share * float(np.sum(shares**2))
+
+    def draw(self, errors: Floats, random: np.random.Generator) -> Floats:
+        """Draw errors of these standard deviations (n,)."""
+        chance = math.sqrt(1.0 - self.share) * random.standard_normal(len(self.sets))
+        if self.share:
+            common = random.standard_normal(self.sets.max() + 1)
+            chance += math.sqrt(self.share) * common[self.sets]
+        return np.asarray(errors * chance)
+
+
+def share_of_starts(sets: NDArray[np.int_], members: Sequence[NDArray[Any]]) -> float:
+    """Share of the variance over members that cases of one set of starts have in common; NaN without members to compare.
+
+    The mean correlation of members by their number. Of k cases with a common share φ the means of deviations, each in its
+    standard deviations, have the variance φ + (1 - φ)/k. members: of each case, (members,).
+    """
+    found, weights = [], []
+    for number in range(sets.max() + 1):
+        scattered = [members[case] for case in np.flatnonzero(sets == number).tolist() if _is_scattered(members[case])]
+        if len(scattered) < 2:
+            continue
+        count = min(map(len, scattered))
+        table = np.array([_standardized(values[:count]) for values in scattered])
+        cases = len(table)
+        variance = float(table.mean(axis=0).var(ddof=1))
+        found.append((cases * variance - 1.0) / (cases - 1.0))
+        weights.append((cases - 1.0) * (count - 1.0))
+    if not found:
+        return math.nan
+    return float(np.clip(np.average(found, weights=weights), 0.0, 1.0))
+
+
+def _is_scattered(members: NDArray[Any]) -> bool:
+    """True if all members (members,) have a number, and the first two differ: only such ones are compared with others."""
+    return len(members) > 1 and bool(np.isfinite(members).all() and members[0] != members[1])
+
+
+def _standardized(values: NDArray[Any]) -> Floats:
+    """Deviations from the mean, in standard deviations."""
+    return np.asarray((values - values.mean()) / values.std(ddof=1))
+
+
 # Indices, with the interval that holds them with 95 %.
 
 LEAST_PREDICTED: Final = 0.8
@@ -124,21 +183,30 @@ class Sensitivity:
     """Reason why indices are unknown: they are NaN then."""
     starts: int = 0
     """Sets of starts among the cases with the number: one set is at the same places in all its cases. 0 if not counted."""
+    common: float = math.nan
+    """Share of the variance of a ± that cases of one set have in common, from their members; NaN if unknown."""
 
 
 def indices(
-    of: str, columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats, most: int = MOST_REGRESSED
+    of: str,
+    columns: Mapping[str, NDArray[Any]],
+    values: Floats,
+    errors: Floats,
+    most: int = MOST_REGRESSED,
+    starts: SharedStarts | None = None,
 ) -> Sensitivity:
     """Indices of a number over cases, from the coordinates in which they differ, each (n,).
 
     values: NaN of holes. errors: the ± of each, NaN where it is not known. most: values that a surrogate is made of.
+    starts: default: each ± is independent of all others.
     """
     axes = [find_axis(name, column) for name, column in columns.items()]
-    answer = _count_cases(of, columns, values, errors)
+    starts = starts or SharedStarts(np.arange(len(values)), 0.0)
+    answer = _count_cases(of, columns, values, errors, starts)
     tied = _tied(axes, columns)
     if tied or len(axes) < 2:
         return replace(answer, unknown=tied or "only one parameter differs from case to case")
-    table = _table(axes, columns, values, errors)
+    table = _table(axes, columns, values, errors, starts)
     if table is not None:
         is_alike = np.ptp(values) <= ALIKE * np.abs(values).max()
         if answer.noise >= 1.0 or is_alike:
@@ -147,7 +215,10 @@ def indices(
         return replace(answer, first=first, total=total, scatter=0.0, predictivity=1.0, complete=True)
     places = [axis.places(columns[axis.name]) for axis in axes]
     try:
-        surrogate = regress(np.hstack(places), values, errors, most)
+        # A draw of each of several sets cannot be told from the dependence on what decides them: only one of all cases can be.
+        is_one_set = starts.share > 0.0 and not starts.sets.any()
+        common = math.sqrt(starts.share) * errors if is_one_set else None
+        surrogate = regress(np.hstack(places), values, errors, most, common)
     except TooFewError as error:
         return replace(answer, unknown=str(error))
     scatter = (surrogate.scatter / surrogate.scale) ** 2
@@ -167,7 +238,9 @@ def indices(
     return replace(answer, first=_interval(first, missed), total=_interval(total, missed))
 
 
-def _count_cases(of: str, columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats) -> Sensitivity:
+def _count_cases(
+    of: str, columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats, starts: SharedStarts
+) -> Sensitivity:
     """A sensitivity whose indices are unknown so far: counts of cases, and the share of the ± in the variance."""
     is_known = np.isfinite(values)
     values_known = values[is_known]
@@ -176,7 +249,7 @@ def _count_cases(of: str, columns: Mapping[str, NDArray[Any]], values: Floats, e
         # The squares of numbers near the largest float overflow: noise is then infinite.
         with np.errstate(over="ignore"):
             variance_of_error = np.nanmean(errors[is_known] ** 2)
-            noise = float(variance_of_error / np.var(values_known))
+            noise = float(starts.variance_share() * variance_of_error / np.var(values_known))
     unsure = is_known & np.isnan(errors)
     none = np.full((len(columns), 3), np.nan)
     return Sensitivity(
@@ -203,7 +276,7 @@ def _level_indices(axes: Sequence[Axis], surrogate: Surrogate) -> tuple[Floats, 
         levels = axis.places(np.array(axis.levels))
         places.append(levels[number])
     tables = surrogate.paths(PATHS, SEED_OF_DRAWS)(np.hstack(places))
-    shares = [_shares(table.reshape(shape), 0.0) for table in tables]
+    shares = [_shares(table.reshape(shape), NOISELESS) for table in tables]
     first, total = zip(*shares, strict=True)
     return np.array(first), np.array(total)
 
@@ -246,10 +319,42 @@ MOST_TIED: Final = 0.7
 """Correlation of two axes over the cases from which they are not independent any more, as indices need them."""
 
 
+class TableNoise(NamedTuple):
+    """Variances of the errors of a table's numbers."""
+
+    own: float
+    """Of errors that are independent of each other."""
+    common: float = 0.0
+    """Of errors that are equal along all axes but these."""
+    deciding: tuple[int, ...] = ()
+
+    def variance_of_means(self, shape: Sequence[int], over: Sequence[int]) -> float:
+        """Variance of the errors of means over these axes, about the mean of all."""
+        kept = [size for axis, size in enumerate(shape) if axis not in over]
+        sets = [size for axis, size in enumerate(shape) if axis in self.deciding]
+        kept_sets = [size for axis, size in enumerate(shape) if axis in self.deciding and axis not in over]
+        # Each of m means is over size/m values: noise adds noise·m/size to its variance, and (m - 1)/m of that to the
+        # variance about their common mean. Of errors that sets of values share, sets are counted in place of values.
+        own = self.own * (math.prod(kept) - 1.0) / math.prod(shape)
+        return own + self.common * (math.prod(kept_sets) - 1.0) / math.prod(sets)
+
+    def scaled(self, factor: float) -> "TableNoise":
+        """Noise of this many times the variances."""
+        return self._replace(own=factor * self.own, common=factor * self.common)
+
+
+NOISELESS: Final = TableNoise(0.0)
+
+
 def _table(
-    axes: Sequence[Axis], columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats
-) -> tuple[Floats, Floats] | None:
-    """Values and errors over all combinations of levels; None if cases are missing, or have no value."""
+    axes: Sequence[Axis],
+    columns: Mapping[str, NDArray[Any]],
+    values: Floats,
+    errors: Floats,
+    starts: SharedStarts,
+) -> tuple[Floats, Floats, SharedStarts] | None:
+    """Values and errors over all combinations of levels, and sets of starts in that order; None if cases are missing, or
+    have no value."""
     shape = tuple(len(axis.levels) for axis in axes)
     if np.prod(shape) != len(values) or not np.isfinite(values).all():
         return None
@@ -265,19 +370,22 @@ def _table(
     # An unknown ± counts as the others do: with none at all its case would look exact.
     usual = float(np.sqrt(np.mean(known_errors**2))) if len(known_errors) else 0.0
     errors = np.nan_to_num(errors[back], nan=usual)
-    return values[back].reshape(shape), errors.reshape(shape)
+    return values[back].reshape(shape), errors.reshape(shape), replace(starts, sets=starts.sets[back])
 
 
-def _table_indices(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
+def _table_indices(values: Floats, errors: Floats, starts: SharedStarts) -> tuple[Floats, Floats]:
     """Indices of a complete table: their error is that of its numbers, drawn once more."""
-    noise = float(np.mean(errors**2))
+    variance = float(np.mean(errors**2))
+    sets = starts.sets.reshape(values.shape)
+    deciding = tuple(axis for axis in range(values.ndim) if np.diff(sets, axis=axis).any())
+    noise = TableNoise((1.0 - starts.share) * variance, starts.share * variance, deciding)
     draw = np.random.default_rng(SEED_OF_DRAWS)
     first, total = _shares(values, noise)
     again = []
     for _ in range(PATHS):
-        drawn = values + errors * draw.standard_normal(values.shape)
+        drawn = values + starts.draw(errors.ravel(), draw).reshape(values.shape)
         # A value drawn around one that has this error already has it twice.
-        again.append(_shares(drawn, 2.0 * noise))
+        again.append(_shares(drawn, noise.scaled(2.0)))
     # (2 ends, first and total, axes).
     ends = np.percentile(again, ENDS, axis=0)
     first_with_ends = np.column_stack([first, *ends[:, 0]])
@@ -285,23 +393,21 @@ def _table_indices(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
     return first_with_ends, total_with_ends
 
 
-def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:
-    """First-order and total indices of a table over equally likely levels, less the contribution of noise with this
-    variance."""
-    size, every = table.size, tuple(range(table.ndim))
+def _shares(table: Floats, noise: TableNoise) -> tuple[Floats, Floats]:
+    """First-order and total indices of a table over equally likely levels, less the contribution of noise."""
+    every = tuple(range(table.ndim))
 
-    def variance(means: Floats) -> float:
-        # Each of m means is over size/m values: noise adds noise·m/size to its variance, and (m - 1)/m of that to the
-        # variance about their common mean.
-        return max(float(means.var()) - noise * (means.size - 1) / size, 0.0)
+    def variance(*over: int) -> float:
+        of_means = float(table.mean(axis=over).var())
+        return max(of_means - noise.variance_of_means(table.shape, over), 0.0)
 
-    total_variance = max(variance(table), 1e-300)
+    total_variance = max(variance(), 1e-300)
     # First: variance of the means at each level of the axis. Total: all that is no variance of the means over the axis.
     first, total = [], []
     for axis in every:
         others = tuple(other for other in every if other != axis)
-        first.append(variance(table.mean(axis=others)) / total_variance)
-        total.append(1.0 - variance(table.mean(axis=axis)) / total_variance)
+        first.append(variance(*others) / total_variance)
+        total.append(1.0 - variance(axis) / total_variance)
     return np.clip(first, 0.0, 1.0), np.clip(total, 0.0, 1.0)
 
 
@@ -329,7 +435,12 @@ def values_of_members(dataset: xr.Dataset, points: Points) -> list[NDArray[Any]]
 
 def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
     """Standard deviation over the members of each of all points, also where the mean has no ±; NaN of fewer than two members."""
-    return np.array([_deviation(members[np.isfinite(members)]) for members in values_of_members(dataset, points)])
+    return _deviations(values_of_members(dataset, points))
+
+
+def _deviations(members: Sequence[NDArray[Any]]) -> Floats:
+    """Standard deviation over each list of members; NaN of fewer than two."""
+    return np.array([_deviation(values[np.isfinite(values)]) for values in members])
 
 
 def point_errors(points: Points, spread: Floats) -> Floats:
@@ -369,19 +480,23 @@ def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST_REGRESSED) -> Sen
     points = points_named(dataset, of)
     if points.text:
         raise ValueError(f"{of}: needs a number, and is words")
-    errors = point_errors(points, spread_of_members(dataset, points))
+    members = values_of_members(dataset, points)
+    errors = point_errors(points, _deviations(members))
     values = points.values.astype(float)
-    answer = indices(points.name, points.axes, values, errors, most)
-    rows = longest_rows(dataset, points.sources, {})
-    return replace(answer, starts=_count_starts(rows.at(np.isfinite(values))))
+    sets = _sets_of_starts(longest_rows(dataset, points.sources, {}))
+    is_known = np.isfinite(values)
+    common = share_of_starts(sets, members)
+    starts = SharedStarts(sets, 0.0 if math.isnan(common) else common)
+    answer = indices(points.name, points.axes, values, errors, most, starts)
+    return replace(answer, starts=len(np.unique(sets[is_known])), common=common)
 
 
 DECIDING_STARTS: Final = ("normal_load", "n_x", "start", "start_y")
 """Parameters of which, with the pin's size, the places follow where members come down (`nanoslip.solver.ensemble.draw_start`)."""
 
 
-def _count_starts(rows: CaseRows) -> int:
-    """Number of different sets of starts of these cases, by their parameters as the solver has them.
+def _sets_of_starts(rows: CaseRows) -> NDArray[np.int_]:
+    """(rows,) Number of the set of starts of each case, from 0, by its parameters as the solver has them.
 
     The coordinates in which points differ are no ground: in a campaign that is given in SI they have other names.
     """
@@ -393,10 +508,11 @@ def _count_starts(rows: CaseRows) -> int:
             # A radius that is an axis is one of flat punches, too, which do not have it.
             columns.append(sizes if shapes is None else np.where(shapes == shape, sizes, 0.0))
     if not columns:
-        return 1
+        return np.zeros(len(rows), int)
     # A number that some cases lack is NaN there, and no different number in each.
     numbers = np.nan_to_num(np.column_stack(columns))
-    return len(np.unique(numbers, axis=0))
+    _, sets = np.unique(numbers, axis=0, return_inverse=True)
+    return np.asarray(sets).ravel()
 
 
 def caution(answer: Sensitivity) -> str:
@@ -417,15 +533,23 @@ def caution(answer: Sensitivity) -> str:
             told.append(f"{answer.unsure} have no ±: that of the others counts for them")
         if 0 < answer.starts < answer.known:
             sets = "one set" if answer.starts == 1 else f"{answer.starts} sets"
-            told.append(
-                f"they have {sets} of starts, as cases of equal load, pin and n_x start at the same places and deviate together: "
-                "each ± counts as independent, so indices of what decides the starts may be less sure"
-            )
+            why = "as cases of equal load, pin and n_x start at the same places"
+            told.append(f"they have {sets} of starts, {why}: {_shared_part(answer)}")
     else:
         told.append("no ± is known")
     if answer.scatter > LEAST_SCATTER:
         told.append(f"{100.0 * answer.scatter:.2g} % is scatter without a smooth dependence, and in no index")
     return "; ".join(told) + "."
+
+
+def _shared_part(answer: Sensitivity) -> str:
+    """The part of each ± that cases of equal starts share, and how it counts."""
+    independent = "counts as independent, so indices of what decides the starts may be less sure"
+    if math.isnan(answer.common):
+        return f"each ± {independent}"
+    part = f"by their members {100.0 * answer.common:.2g} % of the variance of each ± is the same draw in a set, and"
+    counts_so = answer.complete or answer.starts == 1 or not answer.common
+    return f"{part} {'counts so' if counts_so else independent}"
 
 
 LEAST_SCATTER: Final = 1e-3
