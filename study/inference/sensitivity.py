@@ -320,12 +320,12 @@ MOST_TIED: Final = 0.7
 
 
 class TableNoise(NamedTuple):
-    """Variances of the errors of a table's numbers."""
+    """Errors of the numbers of a table."""
 
     own: float
-    """Of errors that are independent of each other."""
+    """Variance of errors that are independent of each other."""
     common: float = 0.0
-    """Of errors that are equal along all axes but these."""
+    """Variance of errors that are equal along all axes but the deciding ones."""
     deciding: tuple[int, ...] = ()
 
     def variance_of_means(self, shape: Sequence[int], over: Sequence[int]) -> float:
