@@ -41,13 +41,13 @@ ORDER = {
     " statistics states observables drive drive_observables",
     "nanoslip.study.plan": "plan expectations",
     "nanoslip.study.results": "files entry attempts store",
-    "nanoslip.study.dataset": "texts variables content file collect units table access join agreement compare verify",
+    "nanoslip.study.dataset": "texts variables content file collect units table access flat join agreement compare verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm executor batch campaign",
     "nanoslip.study.report": "console summary single_case budget curves page",
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures",
     "nanoslip.study.accuracy": "effects task_times deciding spending setup diagram operators records measurement",
-    "nanoslip.study.commands": "words plans reading datasets answering prepare run draw look judge infer"
+    "nanoslip.study.commands": "words plans reading datasets answering prepare run draw look judge accuracy infer"
     " computed_loops trace traces cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""

@@ -591,7 +591,7 @@ def describe() -> None:
     """
 
 
-@command("judge:show_accuracy", OUT)
+@command("accuracy:show_accuracy", OUT)
 @click.argument("campaign", type=CAMPAIGN_PATH, required=False)
 @flag("--quick", help="Measure few values of every setting: a trial that takes seconds.")
 def accuracy() -> None:

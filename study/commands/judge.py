@@ -1,4 +1,4 @@
-"""Commands that make datasets of results, and judge them: collect, merge, export, compare, verify, describe, accuracy."""
+"""Commands that make datasets of results, and judge them: collect, merge, export, compare, verify, describe."""
 
 import math
 import sys
@@ -11,27 +11,23 @@ from typing import Any, Final
 
 import click
 
-from nanoslip.study.accuracy.diagram import as_table
-from nanoslip.study.accuracy.measurement import measure_accuracy, write_measurement
-from nanoslip.study.accuracy.setup import default_setup, make_setup, measurement_effort
 from nanoslip.study.commands.datasets import FewerFinishedError, find_dataset, write_dataset
 from nanoslip.study.commands.plans import command_text, plan_campaign, plural, print_json, refusals
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import compare, file, verify as verification
 from nanoslip.study.dataset.access import case_columns
 from nanoslip.study.dataset.agreement import Verdict
+from nanoslip.study.dataset.flat import as_csv, as_json
 from nanoslip.study.dataset.units import format_words
 from nanoslip.study.dataset.variables import OUTCOMES, describe, explain_word, rows, variable_text
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.manifest import keys
-from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.vocabulary import key_meant, missing_physics
 from nanoslip.study.report.console import FAILED, Table, console, note, print_sentences, print_table, whole
-from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, label_text
 from nanoslip.study.results.files import results_folder, shard_folders
-from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, try_writing, write_files
+from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, write_files
 from nanoslip.study.run.campaign import drop_intermediates, tasks_to_do
 from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import task_program
@@ -319,22 +315,3 @@ def describe_variables(name: str | None, as_json: bool) -> None:
         if key:
             texts.append(keys.key_text(key))
         print_sentences("\n".join(texts).splitlines())
-
-
-# `nanoslip accuracy`: error against processor time for every numerical setting.
-
-
-def show_accuracy(campaign: Path | None, out: Path | None, quick: bool) -> None:
-    """Measure every numerical setting on a campaign's first case, print the diagrams and write them."""
-    setup = make_setup(load_manifest(campaign)) if campaign else default_setup()
-    into = results_folder(campaign or Path("accuracy"), out)
-    try_writing(into)
-    note(f"{setup.title}: measuring, a minute or two unless --quick", stderr=True)
-    measured = measure_accuracy(setup, measurement_effort(setup.case, quick))
-    for diagram in measured.diagrams:
-        note(f"{diagram.title}; errors against {diagram.reference}")
-        print_table(as_table(diagram))
-    if measured.remark:
-        note(f"not measured: {measured.remark}")
-    for path in write_measurement(measured, into):
-        note(whole(f"written: {path}"))

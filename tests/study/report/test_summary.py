@@ -15,10 +15,11 @@ from rich.console import Console
 from nanoslip.solver.drive import Scales
 from nanoslip.study import api
 from nanoslip.study.dataset.access import Column
+from nanoslip.study.dataset.flat import as_csv, as_json
 from nanoslip.study.dataset.table import one_case
 from nanoslip.study.dataset.variables import describe
 from nanoslip.study.report.console import Table
-from nanoslip.study.report.page import as_csv, as_json, cost
+from nanoslip.study.report.page import cost
 from nanoslip.study.report.single_case import answer, case_table, ending_lines
 from nanoslip.study.report.summary import (
     FEW,
