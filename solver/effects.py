@@ -8,7 +8,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.closed_forms import smooth_contact
 from nanoslip.solver.contact.pin import estimate_half_width
 from nanoslip.solver.drive import OVER_A_CONTACT, TO_AND_FRO, Drive, other_than_a_contact
-from nanoslip.solver.parameter import quantity
+from nanoslip.solver.ensemble import SPARED_NAMES
 from nanoslip.solver.slab import Slab
 
 Scene = TypeVar("Scene", Case, Drive)
@@ -50,9 +50,10 @@ def _case_effect(part: str, key: str, off: Any, setting: str) -> Effect[Case]:
     )
 
 
-TEETH = _drive_effect("profile", "mean", 'profile = "mean"', "teeth")
+_TEETH, _FINE_TEETH = SPARED_NAMES
+TEETH = _drive_effect("profile", "mean", 'profile = "mean"', _TEETH)
 FINE_TEETH = replace(
-    _drive_effect("profile", "coarse", 'profile = "coarse"', "fine_teeth"),
+    _drive_effect("profile", "coarse", 'profile = "coarse"', _FINE_TEETH),
     there=lambda drive: drive.profile == "sawtooth" and not drive.memory,
 )
 LIGHTER: Final = 0.01
@@ -95,33 +96,7 @@ OF_DRIVES: Final[tuple[Effect[Drive], ...]] = (
     ),
 )
 SPARED: Final = (TEETH, FINE_TEETH)
-"""Effects whose absence makes a drive far cheaper: a target leaves out the first whose change it allows."""
-
-
-@dataclass(frozen=True, slots=True)
-class LeftOut:
-    """Effects left out for most members of a drive, as requested numbers do not depend on them, and the possible change."""
-
-    left_out: str = quantity(
-        "effect left out",
-        comment="of all members except the first two, which are computed with and without it; nothing: none may be left out",
-        words=("nothing", *(effect.name for effect in SPARED)),
-    )
-    left_out_error: float = quantity(
-        "relative error by effects left out",
-        comment="|change| plus twice its ±, largest of all requested numbers, over two members",
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class SpacingChange:
-    """Influence of the node spacing on the numbers of a target: it counts in the target as the error of starts does."""
-
-    spacing_change: float = quantity(
-        "change by twice the node spacing",
-        comment="relative; largest of all requested numbers, of means over the first members; NaN if the scheme, too few nodes "
-        "in contact, an interface or a drive over the contact exclude twice the spacing",
-    )
+"""Effects whose absence makes a drive far cheaper."""
 
 
 def _bottomless(slab: Slab) -> Slab:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import LEAST_APART, PIN_SIZES, Case, Image, make_image
-from nanoslip.solver.parameter import Roughness
+from nanoslip.solver.parameter import Roughness, quantity
 
 Places = Literal["drawn", "given"]
 LEVEL: Final = math.erf(math.sqrt(0.5))
@@ -221,3 +221,35 @@ def student(members: Any) -> Any:
     """Half-width of the interval of probability LEVEL, in standard errors of the mean over this number of members."""
     # LEVEL lies between -t and t, so 1/2 + LEVEL/2 lies below t. Two members leave one degree of freedom.
     return scipy.special.stdtrit(np.maximum(np.asarray(members, float) - 1.0, 1.0), 0.5 + 0.5 * LEVEL)
+
+
+# Numbers of a result that tell what its target has allowed, and what counts in it beside the starts.
+
+SPARED_NAMES: Final = ("teeth", "fine_teeth")
+"""Effects of a drive whose absence makes it far cheaper: a target leaves out the first whose change it allows."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """Effects left out for most members of a drive, as requested numbers do not depend on them, and the possible change."""
+
+    left_out: str = quantity(
+        "effect left out",
+        comment="of all members except the first two, which are computed with and without it; nothing: none may be left out",
+        words=("nothing", *SPARED_NAMES),
+    )
+    left_out_error: float = quantity(
+        "relative error by effects left out",
+        comment="|change| plus twice its ±, largest of all requested numbers, over two members",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class SpacingChange:
+    """Influence of the node spacing on the numbers of a target: it counts in the target as the error of starts does."""
+
+    spacing_change: float = quantity(
+        "change by twice the node spacing",
+        comment="relative; largest of all requested numbers, of means over the first members; NaN if the scheme, too few nodes "
+        "in contact, an interface or a drive over the contact exclude twice the spacing",
+    )

@@ -41,7 +41,8 @@ ORDER = {
     " statistics states observables drive drive_observables",
     "nanoslip.study.plan": "plan expectations",
     "nanoslip.study.results": "files entry attempts store",
-    "nanoslip.study.dataset": "texts variables content file collect units table access flat join agreement compare verify",
+    "nanoslip.study.dataset": "texts variables content file runs collect units table access flat join agreement compare"
+    " verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm executor batch campaign",
     "nanoslip.study.report": "console summary single_case budget curves page",
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",

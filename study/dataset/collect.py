@@ -31,10 +31,10 @@ from nanoslip.study.dataset.file import (
     MIXED,
     VERSION,
     DatasetFormatError,
-    Runs,
     carrying,
     reading,
 )
+from nanoslip.study.dataset.runs import Runs
 from nanoslip.study.dataset.texts import text_array
 from nanoslip.study.dataset.variables import DRIVE, Group, Series, parameters, scalars, si_coordinates
 from nanoslip.study.manifest.cases import CampaignCase, Heard, common_labels

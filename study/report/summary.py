@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.coefficients import INERTIAL
-from nanoslip.solver.effects import LeftOut, SpacingChange
+from nanoslip.solver.ensemble import LeftOut, SpacingChange
 from nanoslip.solver.load_path import Loops
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import quantities

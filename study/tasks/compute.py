@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.effects import SpacingChange
-from nanoslip.solver.ensemble import Ensemble, fewest_members, mean_of, omission_error
+from nanoslip.solver.ensemble import Ensemble, SpacingChange, fewest_members, mean_of, omission_error
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
 from nanoslip.solver.progress import part_of_progress

@@ -11,8 +11,7 @@ from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
 from nanoslip.solver.dynamics.regime import CriticalVelocity, StickSlipCount, count_sticks
 from nanoslip.solver.dynamics.result import DynamicsResult, StageLegs, StageLoops, ending_parameter, no_legs
 from nanoslip.solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
-from nanoslip.solver.effects import SPARED, LeftOut, SpacingChange
-from nanoslip.solver.ensemble import ALONE, Ensemble
+from nanoslip.solver.ensemble import ALONE, Ensemble, LeftOut, SpacingChange
 from nanoslip.solver.last import cache_last
 from nanoslip.solver.outcome import Ending, InvalidInput, Outcome, SolverError
 from nanoslip.solver.parameter import quantities
@@ -183,6 +182,9 @@ class Pulling:
         ensemble, everything = self.task.ensemble, self.drive
         if not ensemble.of:
             return
+        # Without a target no effect is left out.
+        from nanoslip.solver.effects import SPARED  # noqa: PLC0415
+
         # What is spared is no effect of a contact that is pulled over itself: any member's case serves.
         case = task_case(self.task)
         records = self.records[:PAIRS]

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
-from nanoslip.solver.effects import SpacingChange
-from nanoslip.solver.ensemble import ALONE, Ensemble
+from nanoslip.solver.ensemble import ALONE, Ensemble, SpacingChange
 from nanoslip.solver.last import cache_last
 from nanoslip.solver.parameter import as_field
 from nanoslip.solver.sliding.interface import PIECES, Portion, batches
