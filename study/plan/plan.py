@@ -57,7 +57,7 @@ def evenly(items: Sequence[Some], count: int) -> list[Some]:
 DOUBT: Final = 100.0
 """Factor over the estimated time at which a task counts as hanging; the worst known estimates are 30 times off."""
 LEAST_LIMIT: Final = 600.0
-"""Seconds that every task may take."""
+"""Seconds that every task may take, as its first one in a process may compile kernels: two minutes of a busy core for all."""
 
 
 @dataclass(frozen=True)

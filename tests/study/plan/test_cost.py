@@ -5,6 +5,7 @@ import json
 import math
 import tracemalloc
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import NamedDrive
-from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan import expectations as memory
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.results.store import Store
@@ -186,6 +187,15 @@ def test_only_what_is_left_is_estimated(main, campaign, finished, monkeypatch):
         assert main("status", *here)[0] == main("run", *here, "--serial")[0] == 0
     data = json.loads(main("status", *here, "--json")[1])["tasks"]
     assert all(kind["disk_bytes"] > 0.0 for kind in data.values())
+
+
+def test_a_dataset_holds_the_records_of_first_members_alone():
+    """Results hold those of all members: the eight of a case take eight times the disk of one, its dataset no more."""
+    text = 'title = "x"\nensemble.members = '
+    plans = [make_plan(parse_manifest(Path("x.toml"), f"{text}{members}", {})) for members in (1, 8)]
+    (alone, of_one), (together, of_eight) = map(memory.disk_of_plan, plans)
+    assert of_eight == pytest.approx(of_one, rel=0.01)  # names and scalars of a result, 3 kB, count once
+    assert together > 4.0 * alone
 
 
 # What does not fit a machine's memory is refused there, by name and before anything is computed; elsewhere it may run.
