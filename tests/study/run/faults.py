@@ -214,8 +214,13 @@ def work(fault: str) -> Work:
     return Work(fault, limit=FAULTS[fault].seconds)
 
 
-BLOCKER: Final = Work("blocker", kind="blocker", limit=300.0)
-"""Keeps its process busy until every fault has been begun: another one meets them all."""
+BLOCKER: Final = "blocker"
+"""Kind of a task that keeps its process busy until so many faults have been begun: another one meets them all."""
+
+
+def blocker(faults: int) -> Work:
+    """A task that ends when so many faults have been begun."""
+    return Work(f"{BLOCKER} until {faults}", kind=BLOCKER, limit=300.0)
 
 
 def executor(folder: Path) -> Execute:
@@ -223,8 +228,9 @@ def executor(folder: Path) -> Execute:
 
     def execute(task: Work) -> Outcome:
         assert all((folder / need).exists() for need in task.needs)
-        if task == BLOCKER:
-            while sum(path.suffix == ".begun" for path in folder.iterdir()) < len(FAULTS):
+        if task.kind == BLOCKER:
+            faults = int(task.key.rpartition(" ")[2])
+            while sum(path.suffix == ".begun" for path in folder.iterdir()) < faults:
                 time.sleep(0.05)
         if task.key in FAULTS:
             (folder / f"{task.key}.begun").touch()

@@ -22,7 +22,7 @@ from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import Program
 from tests.conftest import clean_environment, launcher
 from tests.study.run import faults
-from tests.study.run.faults import BLOCKER, FAULTS
+from tests.study.run.faults import FAULTS, blocker
 from tests.study.run.made_up import Diary, Work
 
 PROGRAM: Final = "tests.study.run.matrix"
@@ -67,12 +67,14 @@ def compute(folder: Path, rank: int) -> None:
     """Compute tasks with the faults that this rank is to meet, each followed by a sound one."""
     names = met_by(rank)
     tasks = [task for fault in names for task in (faults.work(fault), Work(f"sound {fault}", limit=60.0))]
-    tasks.insert(1 - rank, BLOCKER)  # idle ranks get the first ones, in their order
+    blocking = blocker(len(names))
+    tasks.insert(1 - rank, blocking)  # idle ranks get the first ones, in their order
     diary = Diary()
     with open_farm(faults.program(folder)) as farm:
         if not farm.root:
             farm.leave(farm.serve())
         farm.run(tasks, diary)
+        assert diary.reported[blocking.key].ok, "the other rank has not met all faults"
         ended, where = diary.reported, {key: f"rank {done.where.rank}" for key, done, _ in reversed(diary.attempts)}
         found = {
             name: (ended[name].ending, ended[name].message, ended[f"sound {name}"].ok, where.get(name, ""))
