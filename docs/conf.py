@@ -1,6 +1,7 @@
 """How the site is built (`make docs`). Its pages are Markdown here and beside the code; the rest is written by `reference.py`.
 
-NANOSLIP_GALLERY=full executes the gallery with the values behind `# full:` instead of the small ones before it.
+NANOSLIP_GALLERY=full executes the gallery with the values behind `# full:` instead of the small ones before it;
+NANOSLIP_GALLERY=one executes one page, whose pictures are a command's and matplotlib's.
 """
 
 import os
@@ -99,7 +100,7 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 
 # The gallery: copies of docs/gallery, executed in a folder of their own.
-FULL = os.environ.get("NANOSLIP_GALLERY") == "full"
+GALLERY = os.environ.get("NANOSLIP_GALLERY")
 EXECUTED = HERE.parent / "build" / "gallery"
 
 
@@ -120,7 +121,7 @@ def prepare_gallery() -> None:
     EXECUTED.mkdir(parents=True, exist_ok=True)
     for path in (path for path in (HERE / "gallery").rglob("*") if path.is_file()):
         text = path.read_text("utf-8")
-        if FULL:
+        if GALLERY == "full":
             text = re.sub(r"^(\s*\w+ = ).*?  # full: (.*)$", r"\1\2", text, flags=re.MULTILINE)
         copy = EXECUTED / path.relative_to(HERE / "gallery")
         copy.parent.mkdir(exist_ok=True)
@@ -131,7 +132,7 @@ def prepare_gallery() -> None:
 sphinx_gallery_conf = {
     "examples_dirs": str(EXECUTED),
     "gallery_dirs": "docs/examples",
-    "filename_pattern": r"\.py",
+    "filename_pattern": r"/15_" if GALLERY == "one" else r"\.py",
     "image_scrapers": (pictures,),
     "within_subsection_order": "FileNameSortKey",
     "remove_config_comments": True,

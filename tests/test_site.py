@@ -1,5 +1,6 @@
 """The site: every key, variable and name is on its page; strict warnings hold its links; nothing is loaded from elsewhere."""
 
+import os
 import re
 import runpy
 import subprocess
@@ -119,22 +120,56 @@ def test_front_pages_show_what_their_command_answers() -> None:
         assert " ".join(answer.stdout.split()).endswith(" ".join(shown.split())), page
 
 
+PAGES = sorted((ROOT / "docs" / "gallery").glob("*.py"))
+EXECUTED = """
+import runpy, sys
+from pathlib import Path
+runpy.run_path(sys.argv[1])
+import matplotlib.pyplot as plt
+print(len(plt.get_fignums()) + len([*Path().rglob("*.png")]), "pictures")
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
+def test_a_page_of_the_gallery_can_be_executed_and_shows_a_picture(
+    page: Path, environment: dict[str, str], tmp_path: Path
+) -> None:
+    """Each in a folder of its own, several at once: the site executes them in turn."""
+    path = f"{environment['PATH']}{os.pathsep}{os.environ['PATH']}"
+    more = {"PATH": path, "COLUMNS": "80", "MPLBACKEND": "agg"}
+    words = [sys.executable, "-c", EXECUTED, str(page)]
+    done = subprocess.run(words, cwd=tmp_path, env=environment | more, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    *_, count, word = done.stdout.split()
+    assert word == "pictures"
+    assert int(count) > 0
+
+
 @pytest.mark.slow
 def test_the_site_builds_without_warnings_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
-    """Without a network: warnings, broken links among them, are errors."""
+    """Without a network: warnings, broken links among them, are errors. Of the gallery one page is executed."""
     site = tmp_path / "site"
     words = ["-W", "--keep-going", "-q", "-j", "2", "-c", "docs", "-d", tmp_path / "trees", ".", site]
     done = subprocess.run(
-        [sys.executable, "-m", "sphinx", *map(str, words)], cwd=ROOT, capture_output=True, text=True, check=False
+        [sys.executable, "-m", "sphinx", *map(str, words)],
+        cwd=ROOT,
+        env=os.environ | {"NANOSLIP_GALLERY": "one"},
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     pages = sorted(site.rglob("*.html"))
     assert not [page for page in pages if LOADED.search(page.read_text("utf-8"))]
-    questions = sorted(path.stem for path in (ROOT / "docs" / "gallery").glob("*.py"))
-    assert {path.stem for path in site.rglob("*.ipynb")} >= set(questions)
-    for name in questions:
-        text = (site / "docs" / "examples" / f"{name}.html").read_text("utf-8")
-        assert "<img" in text, name
+    questions = {page.stem for page in PAGES}
+    assert {path.stem for path in site.rglob("*.ipynb")} >= questions
+    examples = site / "docs" / "examples"
+    assert {path.stem for path in examples.glob("*.html")} >= questions
+    images = {name: (examples / f"{name}.html").read_text("utf-8").count("<img") for name in questions}
+    most = max(images, key=images.__getitem__)
+    assert most == "15_stroke_and_loop"
+    assert images[most] >= min(images.values()) + 2  # a command's picture and matplotlib's
 
 
 def test_the_way_of_one_case_leads_through_functions_that_are_there() -> None:
