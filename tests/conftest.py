@@ -6,7 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from contextlib import ExitStack
 from itertools import combinations
 from pathlib import Path
@@ -122,6 +122,33 @@ def pytest_collection_finish() -> None:
     """Keep what collection has made, which lives to the end, out of all later searches for garbage: 2 % of the time."""
     gc.collect()
     gc.freeze()
+
+
+LONGEST = 3.0
+"""Seconds of processor time that an everyday test may take beside another one; `make test` names longer ones."""
+
+
+def processor_time() -> float:
+    """Seconds of this process and of those that it has waited for."""
+    return sum(os.times()[:4])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
+    """Note the processor time of a test in its report."""
+    before = processor_time()
+    result = yield
+    item.user_properties.append(("processor_time", processor_time() - before))
+    return result
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Name everyday tests that take long. Nothing fails by a time, which is the machine's as well."""
+    for report in terminalreporter.getreports("passed"):
+        seconds = dict(report.user_properties).get("processor_time", 0.0)
+        if "slow" not in report.keywords and seconds > LONGEST:
+            line = f"{report.nodeid}: {seconds:.1f} s of processor time: make it cheaper, or mark it slow"
+            terminalreporter.write_line(line, yellow=True)
 
 
 def spaced(of: int, count: int) -> set[int]:
