@@ -173,13 +173,13 @@ def test_numbers_of_one_start_hold_the_truth_as_often_as_they_state(correlation:
 
 @pytest.mark.slow
 def test_a_surrogate_of_sixteen_points_is_as_sure_as_it_states():
-    """450 exact measurements of three numbers, 150 designs: how their errors correlate is known from 16 values left out,
+    """180 exact measurements of three numbers, 60 designs: how their errors correlate is known from 16 values left out,
     less the 3 that a smooth line takes.
 
-    Two standard deviations of 150 counts are 4 %. Without a wider covariance for so few the set at 95 % held 89 %.
+    Two standard deviations of 60 counts are 5 and 11 %. Without a wider covariance for so few the set at 95 % held 87 %.
     """
     x, between, misfits = filling(1)[:16], alike(3, 0.95), []
-    for seed in range(150):
+    for seed in range(60):
         computed = point_of_starts(x, numbers_of(x, 3), between, 8, seed, share=0.1)
         columns = zip(computed.values.T, computed.errors.T, strict=True)
         surrogates = tuple(regress(x, values, errors) for values, errors in columns)
@@ -189,9 +189,9 @@ def test_a_surrogate_of_sixteen_points_is_as_sure_as_it_states():
             found = Fit(targets, RANGES[:1], computed, surrogates)
             misfits.append(found.misfit(truth)[0])
     shares = [np.mean(np.array(misfits) <= found.limit(level)) for level in LEVELS]
-    assert shares[1] == pytest.approx(0.96, abs=0.04), shares
+    assert shares[1] == pytest.approx(0.96, abs=0.05), shares
     # T² of 13 degrees of freedom is below a limit widened for 95 % in 75 %.
-    assert shares[0] == pytest.approx(0.75, abs=0.08), shares
+    assert shares[0] == pytest.approx(0.75, abs=0.11), shares
 
 
 @pytest.mark.slow
