@@ -449,17 +449,19 @@ scheme = "half_plane"
 
 @pytest.mark.slow
 def test_the_set_holds_fifty_truths_of_a_number_whose_error_is_unknown(tmp_path: Path):
-    """Plateau ± 2 % and mean drop ± 5 % of 50 truths over 48 starts each, 10 measurements of each truth.
+    """Plateau ± 2 % and mean drop ± 5 % of 50 truths over 16 starts each, 10 measurements of each truth.
 
     A drop scatters by a third from start to start and has no ± on short records. Before the starts of points differed from each
-    other, and what members scatter counted, the sets held 46 and 81 %. A share of 50 truths is known to 7 and 3 %.
+    other, and what members scatter counted, the sets held 46 and 81 %, of truths over 48 starts. A share of 50 truths is known
+    to 7 and 3 %. Over 16 starts a truth's drop is known to 10 %, with its measurement; a surrogate that is off by another 12 %,
+    as a point of 8 starts is, and does not say so, leaves 50 and 82 %.
     """
     (tmp_path / "mine.toml").write_text('design = "sobol"\n' + ONLY_SLIP + "[ensemble]\nmembers = 8\n")
     first = {"plateau_mean": (0.27, 0.0054), "mean_drop": (1.2e-3, 6e-5)}
     found = nanoslip.fit(tmp_path / "mine.toml", first, points=64, jobs=2)
     anywhere = ONLY_SLIP.replace("from = 0.1, to = 0.8", "from = 0.15, to = 0.75").replace("to = 0.8}", "to = 0.7}")
     anywhere = anywhere.replace("[constants]", "start = {from = 0.0, to = 0.999}\n[constants]")
-    text = 'design = "latin_hypercube"\npoints = 50\n' + anywhere + "[ensemble]\nmembers = 48\n"
+    text = 'design = "latin_hypercube"\npoints = 50\n' + anywhere + "[ensemble]\nmembers = 16\n"
     (tmp_path / "truths.toml").write_text(text)
     data = nanoslip.run(tmp_path / "truths.toml", jobs=2).squeeze()
     x = np.column_stack([each.shares(data[each.name].values) for each in found.ranges])
