@@ -96,17 +96,19 @@ def deciding(
     out: Path | None = None,
     drive: NamedDrive | None = None,
     announce: Announce | None = None,
+    case_rate: float = math.inf,
 ) -> Deciding:
     """Compute a number of a case on finer and coarser nodes.
 
     most: core seconds for each; longer is left out. out: folder of the campaign, where results are kept for the next time.
-    drive: the drive of a drive's number; None for the first drive.
+    drive: the drive of a drive's number; None for the first drive. case_rate: core seconds over estimated ones of the case
+    itself, if it has just been computed.
     """
     assert case.case is not None
     if drive is None and variable in uncertain_names(KINDS[DRIVE]):
         drive = next(spacing.drive for spacing in manifest.drives if spacing.drive)
     kept = Store(out / FOLDER) if out else None
-    search = _Search(manifest, case, variable, most, drive, kept, announce)
+    search = _Search(manifest, case, variable, most, drive, kept, announce, case_rate)
     # The cheaper grid shows what the finer one takes.
     coarser = search.best(FACTORS["coarser"])
     spacings = (search.best(FACTORS["finer"]), coarser)
@@ -138,8 +140,9 @@ class _Search:
     kept: Store | None
     """Results of before."""
     announce: Announce | None
+    case_rate: float
     rate: float = 0.0
-    """Core seconds over estimated ones, of the first spacing that was computed."""
+    """Core seconds over estimated ones, of the last spacing that was computed or of the case itself."""
 
     def best(self, factors: Iterable[float]) -> Spacing | None:
         """The first of these spacings that has the number, else the first that the scheme takes."""
@@ -202,7 +205,9 @@ class _Search:
                 compute_tasks(self._tasks(other, Ensemble()), {})
             done: Done = {}
             compute_tasks(tasks, done)
-            self.rate = sum(seconds for _, seconds in done.values()) / expected
+            rate = sum(seconds for _, seconds in done.values()) / expected
+            # What does not grow with the nodes raises both: the lower one holds for finer nodes.
+            self.rate = min(rate, self.case_rate)
             results = [done[task.key][0] for task in wanted]
             _keep(results, self.kept)
         return self._with_value(spacing, results)

@@ -32,9 +32,12 @@ from nanoslip.study.toml_text import from_toml
 
 
 def influences_on_case(
-    case: xr.Dataset, manifest: Manifest, of: CampaignCase, out: Path | None, most: float
+    case: xr.Dataset, manifest: Manifest, of: CampaignCase, out: Path | None, most: float, case_rate: float = math.inf
 ) -> Deciding | None:
-    """Influences on a computed case beside its starts; None if its main number is unknown. out, most: see `deciding`."""
+    """Influences on a computed case beside its starts; None if its main number is unknown.
+
+    out, most, case_rate: see `deciding`.
+    """
     if of.case is None:
         return None
     # A critical velocity that was asked for is the answer; then the requested numbers; the last one every case has.
@@ -43,7 +46,7 @@ def influences_on_case(
         if computed and not case[main].dims and math.isfinite(float(case[main])):
             first = _first_drive(case, manifest)
             drive = first.drive if first else None
-            return deciding(manifest, of, main, most, out, drive, _report_grid_time)
+            return deciding(manifest, of, main, most, out, drive, _report_grid_time, case_rate)
     return None
 
 
@@ -65,14 +68,19 @@ def _first_drive(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
 
 
 def friction_answer(
-    case: xr.Dataset, manifest: Manifest, of: CampaignCase, stated: Collection[str], out: Path | None
+    case: xr.Dataset,
+    manifest: Manifest,
+    of: CampaignCase,
+    stated: Collection[str],
+    out: Path | None,
+    case_rate: float = math.inf,
 ) -> list[str]:
     """Friction of a case with its ± in a line, then a line for each cause that decides it beside the starts.
 
-    stated: parameters that its author gave. out: see `deciding`.
+    stated: parameters that its author gave. out, case_rate: see `deciding`.
     """
     names = list(single_case.answer_values(case))
-    influences = influences_on_case(case, manifest, of, out, SECONDS)
+    influences = influences_on_case(case, manifest, of, out, SECONDS, case_rate)
     if influences is None:
         return [single_case.answer(case)]
     number = "" if names == [influences.variable] else f"{number_name(influences.variable)} "

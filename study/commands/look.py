@@ -6,6 +6,7 @@ import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -27,6 +28,7 @@ from nanoslip.study.accuracy.effects import (
     comparison_seconds,
     find_verdict,
     influences,
+    measure_time,
     select_scenes,
 )
 from nanoslip.study.accuracy.spending import LENGTHS, Sample, Spending, probe_lengths, spending
@@ -100,7 +102,8 @@ def try_campaign(
         print_sentences(drive_lines(manifest), stderr=True)
         _refuse_endless_drive(manifest)
         print_sentences(_drive_outlook(manifest), stderr=True)
-        dataset = api.run(content, progress=True)
+        compute = partial(api.run, content, progress=True)
+        dataset, seconds = measure_time(compute)
     outcomes = [outcome for outcome in variables.OUTCOMES.values() if outcome.ending.name in dataset]
     endings = {}
     for outcome in outcomes:
@@ -112,7 +115,8 @@ def try_campaign(
     if resembles_ball(typed):
         note(BALL)
     case = single(dataset, {})
-    answer = friction_answer(case, manifest, expand(manifest)[0], stated, None)
+    case_rate = seconds / sum(task.cost for task in make_plan(manifest).tasks)
+    answer = friction_answer(case, manifest, expand(manifest)[0], stated, None, case_rate)
     for line in answer:
         note(line)
     last = "path" if "loss_per_cycle" in case else manifest.stages[-1]

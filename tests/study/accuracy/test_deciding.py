@@ -47,10 +47,11 @@ def found_in(
     variable: str = "",
     out: Path | None = None,
     announce: Announce | None = None,
+    case_rate: float = math.inf,
 ) -> Deciding:
     manifest = api.read_campaign(campaign)
     variable = variable or MAIN["slip" in manifest.stages]
-    return deciding(manifest, expand(manifest)[0], variable, most, out, announce=announce)
+    return deciding(manifest, expand(manifest)[0], variable, most, out, announce=announce, case_rate=case_rate)
 
 
 @pytest.mark.parametrize(
@@ -245,6 +246,17 @@ def test_explain_ranks_what_decides_and_a_page_begins_with_its_middle_case(main:
     dataset = (out / "results.nc").stat().st_mtime_ns
     assert main("run", file, "--out", out, "--serial")[0] == 0
     assert (out / "results.nc").stat().st_mtime_ns == dataset
+
+
+def test_finer_nodes_are_estimated_by_the_lower_of_two_measured_rates() -> None:
+    """That of the coarser grid, and of the case itself: what does not grow with the nodes raises both."""
+    expected = {}
+    for case_rate in (1e-9, 2e-9):
+        announced: dict[int, float] = {}
+        found_in(CASE, announce=announced.__setitem__, case_rate=case_rate)
+        expected[case_rate] = announced[33]
+    assert expected[2e-9] == pytest.approx(2.0 * expected[1e-9], rel=1e-12)
+    assert expected[2e-9] < 1e-6
 
 
 def test_what_decides_is_computed_once_in_a_folder_that_can_be_written(tmp_path: Path) -> None:
