@@ -46,7 +46,7 @@ from nanoslip.study.manifest.manifest import Manifest, drive_parameters, drive_s
 from nanoslip.study.manifest.parameters import STANDARD, has_unit, make_case, names_by_word, resembles_ball, si_line
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.expectations import beyond_step_limit, out_of_reach, too_many_rests
+from nanoslip.study.plan.expectations import beyond_step_limit, out_of_reach
 from nanoslip.study.plan.plan import make_partial_plan, make_plan
 from nanoslip.study.report import single_case, summary
 from nanoslip.study.report.budget import error_lines
@@ -133,7 +133,7 @@ def _drive_outlook(manifest: Manifest) -> Iterator[str]:
     # A case that is refused says why by itself.
     with suppress(InvalidInput):
         plan = make_plan(manifest)
-        for line in filter(None, [*out_of_reach(plan).values(), too_many_rests(plan)]):
+        for line in out_of_reach(plan).values():
             yield f"expected: {line}"
 
 

@@ -31,6 +31,7 @@ from nanoslip.study.manifest.parameters import parameters_text, si_text, span
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.tasks.compliance import compliance_needs
 from nanoslip.study.tasks.estimates import (
+    MOST_SEGMENTS,
     drive_duration,
     drive_periods,
     drive_steps,
@@ -158,8 +159,8 @@ def _words(plan: Plan, number: int) -> str:
 
 
 def out_of_reach(plan: Plan) -> dict[str, str]:
-    """Lines about drives that never pull as hard as friction holds, and that need more segments than step_limit, by cause."""
-    lines = {"duration": _too_short(plan), "step_limit": _too_many_steps(plan)}
+    """Lines about drives that never pull as hard as friction holds, and that may need more segments than step_limit, by cause."""
+    lines = {"duration": _too_short(plan), "step_limit": _too_many_steps(plan) or _too_many_rests(plan)}
     return {cause: line for cause, line in lines.items() if line}
 
 
@@ -308,16 +309,17 @@ def beyond_step_limit(plan: Plan) -> str:
     return _too_many_steps(plan, ROUGH_STEPS)
 
 
-def too_many_rests(plan: Plan) -> str:
-    """Report drives whose pins swing more often than their step_limit, and may come to rest each time; empty without any."""
+def _too_many_rests(plan: Plan) -> str:
+    """Report drives whose pins may come to rest on teeth more often than their step_limit; empty without any."""
     driven = [(case, drive) for _, case, _, drive in _driven(plan) if drive.max_slips is None]
-    exact = [(case, drive) for case, drive in driven if getattr(drive.integrator, "time_step", None) is None]
-    periods = [drive_periods(drive, case) for case, drive in exact]
-    many = [count for count, (_, drive) in zip(periods, exact, strict=True) if count > drive.step_limit]
-    if not many:
+    periods = np.array([drive_periods(drive, case) for case, drive in driven])
+    limits = np.array([drive.step_limit for _, drive in driven], float)
+    many = MOST_SEGMENTS * periods > limits
+    if not many.any():
         return ""
-    limit = max(drive.step_limit for _, drive in exact)
-    return f"may end at step_limit, after {limit:.2g} segments of each start, in about {max(many):.1g} periods: {FEWER_RESTS}"
+    ends = f"may end at step_limit, after {limits[many].max():.2g} segments of each start"
+    needs = f"up to {MOST_SEGMENTS:g} in each of about {periods[many].max():.1g} periods"
+    return f"{ends}: {many.sum()} of {many.size} drives looked at, {needs}: {FEWER_RESTS}"
 
 
 def _too_many_steps(plan: Plan, times: float = 1.0) -> str:

@@ -40,7 +40,11 @@ SOLVE: Final = 1e-9
 SLIP: Final = 1e-9
 """Time per entry of the row that a node's slip adds to the state."""
 STEP: Final = 6e-8
-"""Time of a step of a drive: a tooth passed, a time step, a sample."""
+"""Time of a time step of a drive, or of a sample."""
+SEGMENT: Final = 2e-7
+"""Time of a segment of a drive, integrated exactly: 1.8e-7 to 5e-7 s of a slow pin on five cases."""
+SEGMENTS: Final = 3.0
+"""Segments in each period of a slow pin, of a drive of the least duration: 1 to 5 seen from 0.1 to 10 µm/s on five cases."""
 CRITICAL_SECONDS: Final = 0.85
 """Time of a critical velocity, over a record and its first half: some 30 drives, 2 to 15 to bracket each, 6 to bisect, of 10
 to 60 ms. Of 16 drives with two such searches
@@ -48,6 +52,9 @@ to 60 ms. Of 16 drives with two such searches
 FIT: Final = 8e-3
 """Time of a fit of Eq. 16-19, samples aside: three least squares of some fifteen steps (8 to 19 ms for 200 to 2000 samples)."""
 
+
+MOST_SEGMENTS: Final = 9.0
+"""Most segments seen in a period of a slow pin."""
 
 # Distance that a pin goes, and number of nodes under it.
 #
@@ -260,6 +267,12 @@ def drive_duration(drive: Drive, case: Case) -> float:
     return min(duration, 1e30)
 
 
+def _time_step(drive: Drive) -> float | None:
+    """Time step of a drive's integrator; None of one from tooth to tooth."""
+    step: float | None = getattr(drive.integrator, "time_step", None)
+    return step
+
+
 def drive_steps(drive: Drive, case: Case) -> float:
     """Segments that a drive needs, one for each tooth on the way of its stage, or time steps; step_limit aside."""
     duration = drive_duration(drive, case)
@@ -269,18 +282,18 @@ def drive_steps(drive: Drive, case: Case) -> float:
     teeth = way / sizes.step
     if case.interface.contacts > 1:
         teeth = way * PIECES / sizes.reach
-    step: float | None = getattr(drive.integrator, "time_step", None)
+    step = _time_step(drive)
     if step:
         return duration / step
     return 0.0 if drive.profile == "mean" else teeth
 
 
 def drive_periods(drive: Drive, case: Case) -> float:
-    """Periods of a pin that swings on spring and contact, in each of which it may come to rest on a tooth; 0 without teeth.
+    """Periods of a pin that swings on spring and contact, in each of which it may come to rest on a tooth.
 
-    2e7 rests were seen in 5e8 periods, and up to nine segments in each period of a slow pin.
+    0 without teeth, and in time steps. Up to MOST_SEGMENTS segments were seen in each period of a slow pin.
     """
-    if drive.profile != "sawtooth":
+    if drive.profile != "sawtooth" or _time_step(drive):
         return 0.0
     damped = estimate_sizes(case).stiffness + drive.spring_stiffness * (1.0 - drive.damping_ratio**2)
     return drive_duration(drive, case) * math.sqrt(max(damped, 0.0)) / (2.0 * math.pi)
@@ -294,13 +307,18 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
     if drive.memory and drive.stage_velocity * duration:
         events = drive.stage_velocity * duration / sizes.step
         contact = touch_seconds(case) + slide_seconds(case, events)
-    steps = drive_steps(drive, case)
-    steps = max(steps, drive_periods(drive, case))
     samples = min(drive.output_times, MOST_FITTED_SAMPLES)
-    sampled = STEP * (min(steps, drive.step_limit) + 50.0 * samples)
+    sampled = STEP * 50.0 * samples + _motion_seconds(drive, case)
     # A stage to and fro has neither a fit nor a critical velocity.
     of_one_way = 0.0 if drive.stage_stroke is not None else CRITICAL_SECONDS * critical + FIT * fitted
     return contact + of_one_way + sampled
+
+
+def _motion_seconds(drive: Drive, case: Case) -> float:
+    """Seconds of the time steps of a drive, or of its segments: one for each tooth, and more as the pin swings on it."""
+    steps = drive_steps(drive, case) + SEGMENTS * drive_periods(drive, case)
+    rate = STEP if _time_step(drive) else SEGMENT
+    return rate * min(steps, drive.step_limit)
 
 
 # Bytes of the arrays of contacts and friction records while they are computed.

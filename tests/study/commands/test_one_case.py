@@ -13,7 +13,7 @@ from nanoslip.study.commands.datasets import assignments, choose_case
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.cases import expand, make_campaign, tables
 from nanoslip.study.manifest.reader import parse_manifest
-from nanoslip.study.plan.expectations import too_many_rests
+from nanoslip.study.plan.expectations import out_of_reach
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.report.curves import inertial_range
 from nanoslip.study.results.store import Store
@@ -266,16 +266,16 @@ def test_a_tip_hears_its_default_mass_and_its_drive_that_ends_at_its_step_limit_
     assert errors.count("at step_limit") == 1
 
 
-@pytest.mark.parametrize(("velocity", "beyond"), [("1e-3", False), ("1e-9", True)])
+@pytest.mark.parametrize(("velocity", "beyond"), [("1e-3", False), ("1e-6", False), ("5e-8", True), ("1e-9", True)])
 def test_a_pin_that_may_rest_more_often_than_its_step_limit_is_expected_to_end_there(velocity, beyond):
-    """At 1 nm/s the default pin rests on each of its swings: 2e7 segments are 0.5 % of what it needs, after a minute."""
+    """At 1 nm/s the default pin rests on each of its swings: 2e7 segments are 0.5 % of what it needs. At 50 nm/s there are fewer
+    swings than that, of which each may take up to nine segments."""
     content = make_campaign({"n_x": "33", "stage_velocity": velocity}, drive=True)
-    line = too_many_rests(make_plan(api.read_campaign(content)))
+    line = out_of_reach(make_plan(api.read_campaign(content))).get("step_limit", "")
     assert bool(line) == beyond
     assert ("stage_velocity" in line) == beyond
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("velocity", "beyond"), [(1e-4, False), (0.1, True)])
 def test_a_spring_force_that_is_inertia_is_told_from_friction(velocity, beyond):
     drive = {"stage_velocity": velocity, "samples": 400}
