@@ -16,7 +16,7 @@ DRIVES = [
     {"reverse_motion": back, **way}
     for back, way in product((True, False), ({}, {"surface_compliance": False}, {"integrator": RK4(1e-3)}))
 ]
-"""By every integrator, back or forward only."""
+"""Drives by every integrator, back or forward only."""
 ROUGH = ((0.0, 0.0), (0.01, 1e-6), (0.02, 0.0))
 ROUGH_BALL = tuple((x, y, 1e-6 * (x > 0.0)) for x, y in product((0.0, 0.01), repeat=2))
 PULLED = ({}, {"scheme": "half_space"}, {"roughness": ROUGH})

@@ -8,7 +8,7 @@ from nanoslip.solver.contact.state import ContactState
 
 
 def mirrored(state: ContactState) -> ContactState:
-    """The same contact seen in a mirror at the slab's middle: sliding on from it moves the pin to the left.
+    """Contact as seen in a mirror at the slab's middle: sliding on from it moves the pin to the left.
 
     Forces, displacements and nodes of what follows are those of the mirror image, if slab, pin and nodes are their own.
     """

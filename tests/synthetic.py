@@ -83,7 +83,7 @@ def profile_through(edges: ArrayLike, starts: ArrayLike, ends: ArrayLike, period
 
 
 def constant_profile(force: float) -> FrictionLimit:
-    """The same limit everywhere."""
+    """Limit that is equal everywhere."""
     return profile_through([0.0, 1.0], [force], [force])
 
 

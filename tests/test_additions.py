@@ -1,4 +1,4 @@
-"""What users of such a laboratory add is added in one place: it is then known to manifests, plans, keys, datasets and tables.
+"""Additions by users of the laboratory are made in one place: it is then known to manifests, plans, keys, datasets and tables.
 
 Each toy is declared here as its real fellows are, and nowhere else. What nobody declared is refused by name.
 """

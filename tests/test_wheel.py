@@ -18,7 +18,7 @@ from tests.conftest import ROOT
 pytestmark = pytest.mark.slow
 
 DOCUMENTATION = {".csv", ".md", ".png", ".svg"}
-"""What folders of the packages hold besides, for those who read the source tree."""
+"""Further files of the packages' folders, for those who read the source tree."""
 TINY = 'title = "tiny"\nstages = ["contact"]\n[axes]\nnormal_load = [1e-3, 2e-3]\n[numerics]\nn_x = 17\n'
 
 

@@ -1,4 +1,4 @@
-"""How many random scenes of each kind ended how, held to the laws: `python -m tests.hard_cases [SEED]`, or `make hard`.
+"""Endings of random scenes of each kind, counted and held to the laws: `python -m tests.hard_cases [SEED]`, or `make hard`.
 
 It writes tests/hard_cases/endings.csv. A scene that breaks a law ends the program, with its text.
 """

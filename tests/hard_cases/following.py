@@ -16,7 +16,7 @@ from tests.physics import LIMITS, law_errors
 
 @dataclass
 class Followed:
-    """How a case went: the worst error of every law, the states' number, and how each run on the way ended."""
+    """Course of a case: the worst error of every law, the states' number, and how each run on the way ended."""
 
     worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(LIMITS, 0.0))
     states: int = 0

@@ -35,7 +35,7 @@ SPRING = (1.0, 1e3, 2e5, 1e8, 1e12)
 STAGE = (0.0, 1e-9, 1e-6, 2e-3, 0.1, 10.0)
 MASS = (1e-12, 1e-6, 0.5, 1e3)
 LIMITS = {"finite": 0.0, "energy": 1e-9, "friction": 1e-9, "order": 0.0}
-"""What `errors` may reach. Energy: the spring's force is rounded to k·V·t·1e-16, up to 2e-7 of F̃ here, at random in every
+"""Largest allowed `errors`. Energy: the spring's force is rounded to k·V·t·1e-16, up to 2e-7 of F̃ here, at random in every
 segment (1e-10 seen there, 1e-12 elsewhere). Friction: a tooth's slope, over F̃'s mean, times the rounding of x."""
 
 
@@ -66,7 +66,7 @@ def points() -> list[Point]:
 
 
 def errors(result: DynamicsResult, drive: Drive, profile: FrictionLimit) -> dict[str, float]:
-    """How far a motion is from every law, as a share of what each is about; infinite where a law has no number.
+    """Distance of a motion from every law, as a share of what each is about; infinite where a law has no number.
 
     finite: every value up to where the run ended, which is where the outcome says so. energy: the stage's work is stored
     in the spring and as motion, or taken by friction; the rest is the damper's, which takes at least what it would
@@ -106,7 +106,7 @@ def _energy_error(result: DynamicsResult, drive: Drive) -> float:
 
 
 def survey(**effects: object) -> Counter[str]:
-    """How the drives of all points end; each obeys every law."""
+    """Endings of the drives of all points; each obeys every law."""
     endings: Counter[str] = Counter()
     for point in points():
         drive = point.drive(step_limit=STEPS, **effects)
@@ -134,7 +134,7 @@ def test_every_drive_obeys_the_laws_or_ends_by_name(effects):
 @pytest.mark.everyday(1)
 @pytest.mark.parametrize("mass", [1e-3, 1e-5, 1e-6, 1e-7])
 def test_rounding_does_not_hold_a_light_pin_at_an_extremum_of_its_velocity(mass):
-    """Its vibrations are at the rounding of the forces; met again and again, an extremum would take for ever.
+    """Vibrations are at the rounding of the forces; met again and again, an extremum would take for ever.
 
     The stage drags it at the plateau, so it slips off tooth after tooth: the mean friction is the plateau's peaks'.
     """
@@ -228,7 +228,7 @@ def test_odd_profiles_are_crossed(profile, compliant):
 
 
 def settled() -> tuple[Counter[str], float]:
-    """How drives of every order of magnitude end, and the worst error, over F, of a steady spring force.
+    """Endings of drives of every order of magnitude, and the worst error, over F, of a steady spring force.
 
     Those are left out that still swing, or whose stage hardly gets further than spring and contact stretch.
     """

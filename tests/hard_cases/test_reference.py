@@ -94,7 +94,7 @@ def test_sliding_with_a_strength_agrees_with_solving_from_scratch(name: str, sch
 @pytest.mark.parametrize("scheme", ["half_space", "layer"])
 @pytest.mark.parametrize("name", ["paper", "slippery", "half of the shear stays", "between two nodes"])
 def test_a_ball_slides_as_by_solving_from_scratch(name: str, scheme: str) -> None:
-    """The same of a plane of nodes: 40 events, some hundred nodes."""
+    """A plane of nodes follows the reference, too: 40 events, some hundred nodes."""
     case = replace(_case(scheme, name), start=0.3, start_y=0.21, normal_load=1e-3, radius=60.0)
     displacement, force = _disagreement(case)
     assert displacement < 1e-9

@@ -48,18 +48,18 @@ UNDRIVEN = {"refused", TOO_LARGE, Ending.INVALID, Ending.NEEDS_FAILED}
 LONGEST = 60.0
 """Seconds after which a scene counts as one that never ends: limits on slips, events and segments keep all below a few."""
 OPEN = ("gap", "restick_time", "restick_position")
-"""What may be infinite or missing: nodes beyond a punch's edges have no pin above them, a last slip may not have ended."""
+"""May be infinite or missing: nodes beyond a punch's edges have no pin above them, a last slip may not have ended."""
 
 
 REPEATED = ("regime", "stick_slip_period", "spring_force_amplitude", "spring_force_range")
-"""What a drive has only where it is long enough to show it, or to forget its start."""
+"""Numbers that a drive has only if it is long enough to show it, or to forget its start."""
 BURSTS = (
     *("mean_step", "mean_drop", "fluctuation", "critical_velocity"),
     *("time_stuck", "spring_force_amplitude", "stick_slip_period"),
 )
-"""What starts miss together in short records, or repeat: their shared error is unknown."""
+"""Errors that starts share in short records, or repeat: their shared error is unknown."""
 SHARES = ("fluctuation", "unseen_force", "equivalent_damping")
-"""What is over the force of a plateau, or over the energy at a turn, which may be 0."""
+"""Numbers over the force of a plateau, or over the energy at a turn, which may be 0."""
 KINETIC = ("kinetic_friction",)
 LACKS = {
     Ending.NO_PLATEAU: (
@@ -160,7 +160,7 @@ def drawn(strategy: st.SearchStrategy[str], count: int, number: int) -> list[str
 
 
 def tried(texts: list[str], number: int, folder: Path) -> Counter[str]:
-    """How the scenes ended; fails at the first that breaks a law, with its text."""
+    """Endings of the scenes; fails at the first that breaks a law, with its text."""
     endings: Counter[str] = Counter()
     for text in texts:
         try:
@@ -177,7 +177,7 @@ def tried(texts: list[str], number: int, folder: Path) -> Counter[str]:
 
 
 def timed(text: str, folder: Path) -> tuple[str, float]:
-    """How a scene ended, and after how many seconds of processor time: a busy machine is no fault of the scene."""
+    """Ending of a scene, and its seconds of processor time: a busy machine is no fault of the scene."""
     start = time.process_time()
     return check(text, folder), time.process_time() - start
 

@@ -65,7 +65,7 @@ def _tried(slab: Slab, whole: int = 100) -> Followed:
 
 
 def _sound(slab: Slab) -> bool:
-    """Whether the operator is an elastic body's, and has digits enough for the laws."""
+    """True if the operator is an elastic body's, and has digits enough for the laws."""
     try:
         found = conditioning(compliance_of(slab).matrix)
     except SingularOperator:  # rounding is all that is left where cells are so high and narrow

@@ -198,7 +198,7 @@ LIGHT = {
     "thin": {"slab": Slab(129, aspect_ratio=1e-3)},
     "constant pressures": {"normal_load": 1e-9, "effects": Effects(pin_translation=False)},
 }
-"""What the paper's event floor would push beyond its friction limit, or nearly: light loads, little friction, stiff slabs."""
+"""Cases whose event floor would push nodes beyond their friction limit, or nearly: light loads, little friction, stiff slabs."""
 
 
 @pytest.mark.parametrize("name", LIGHT)

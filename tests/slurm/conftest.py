@@ -33,7 +33,7 @@ class Controller:
         return done.stdout
 
     def job(self, number: str) -> dict[str, str]:
-        """What the controller knows of a job."""
+        """Facts of a job that the controller knows."""
         return dict(word.split("=", 1) for word in self("scontrol", "show", "job", "-o", number).split() if "=" in word)
 
     def wait(self, number: str, *states: str, patience: float = 120.0) -> dict[str, str]:

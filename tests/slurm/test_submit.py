@@ -159,7 +159,7 @@ def test_an_array_of_small_jobs_is_requeued_job_by_job_and_merged_at_its_end(slu
 
 
 def _tasks_left(log: str) -> list[int]:
-    """How many tasks each start had left that this part of a job's log tells of; there are more where MPI failed to start."""
+    """Number of tasks that each start in this part of a job's log had left; there are more where MPI failed to start."""
     left = [int(count) for count in re.findall(r"(\d+) tasks? left, 2 ranks", log)]
     assert left, log
     return left

@@ -280,7 +280,7 @@ def test_a_cycle_at_the_end_of_a_record_is_found_from_the_third_turn_on(turns):
 
 
 def test_of_all_cycles_the_shortest_is_taken():
-    """By the definition, on events at few nodes whose forces nearly repeat: the last two turns are what came a turn before."""
+    """The definition gives the same on events at few nodes whose forces nearly repeat, as their last two turns do."""
     rng, found = np.random.default_rng(1), set()
     for _ in range(300):
         turn, count = int(rng.integers(1, 9)), int(rng.integers(8, 40))
@@ -321,7 +321,7 @@ def test_three_times_the_same_event_is_a_cycle_of_one_and_fewer_are_none(events,
 
 
 def test_searching_for_a_cycle_takes_no_time():
-    """The same force after every event, and nodes among which every second is a candidate: nearly 1000 periods are tried,
+    """Force that is equal after every event, and nodes among which every second is a candidate: nearly 1000 periods are tried,
     each of up to 4000 events. 15 ms where it was written; what grew with the cube would take minutes."""
     events = 2 * LONGEST_CYCLE
     record = record_from(np.full(events, 1e-6), np.full(events, STIFFNESS * 1e-6))

@@ -1,4 +1,4 @@
-"""How far initial contact, the first peak and the plateau depend on the nodes that are tried first, or that begin to slip.
+"""Influence on initial contact, the first peak and the plateau of the nodes that are tried first, or that begin to slip.
 
 With friction initial contact is not unique: what slipped first decides. Two choices could decide it: the set from which the
 search for the stuck contact starts, and the set whose nodes, stuck at u = 0, begin to slip. The code's own are the half-width of
@@ -91,7 +91,7 @@ def slipped_from(case: Case, compliance: SurfaceCompliance, contact: NDArray[np.
 
 
 WAYS = {"tried first": tried_first, "begin to slip": slipped_within}
-"""What a set is used for -> initial contact."""
+"""Use of a set -> initial contact."""
 
 
 def _half_width(case: Case, half_widths: float) -> float:

@@ -1,4 +1,4 @@
-"""How often ± holds: of every number with one, in fresh cases from all over the map, against long records of other starts.
+"""Share of numbers whose ± holds, in fresh cases from all over the map, against long records of other starts.
 
 `python -m tests.verification.coverage [CASES] [FIRST]` measures and writes the table, tests/verification/coverage.csv, of so
 many cases that slide and as many paths; a case takes some seconds, and is left out where a record would take more than MOST
@@ -110,7 +110,7 @@ def computed(scene: Scene, **changed: Any) -> xr.Dataset:
 
 
 def known_better(scene: Scene, found: xr.Dataset, most: float) -> xr.Dataset | None:
-    """The same case from other starts, over longer records, of a path over more starts; None where that takes more events than
+    """Case that differs in starts and in longer records, on a path in more starts; None where that takes more events than
     `most`."""
     radius = scene.case["radius"] * OTHERS
     if scene.sort == "path":
@@ -132,9 +132,9 @@ class Verdict:
     error: float
     """Value less truth, over the truth."""
     times: float
-    """The same over the ± of both; NaN where none was stated."""
+    """Difference over the ± of both; NaN where none was stated."""
     flagged: bool
-    """Whether a validity flag doubts the case."""
+    """True if a validity flag doubts the case."""
 
 
 def numbers_of(found: xr.Dataset) -> list[str]:

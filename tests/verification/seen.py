@@ -1,4 +1,4 @@
-"""What a verification test says of itself: law, source, errors seen and their order; `pytest -rP tests/verification` shows it."""
+"""Report of a verification test on itself: law, source, errors seen and their order; `pytest -rP tests/verification` shows it."""
 
 from collections.abc import Mapping, Sequence
 

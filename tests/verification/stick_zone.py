@@ -52,7 +52,7 @@ def uncoupled_ratio(friction: float, poisson: float) -> float:
 
 
 def _tractions(ratio: float, friction: float, beta: float, coupled: bool) -> tuple[float, float]:
-    """What q has too much of beside c, as an intensity, and ∫q dx over x > 0 for a unit load."""
+    """Intensity of the excess of q beside c, and ∫q dx over x > 0 for a unit load."""
     edges = _edges(ratio)
     left, right = edges[:-1], edges[1:]
     width, count = right - left, len(left)

@@ -72,7 +72,7 @@ def test_a_parabola_on_a_bonded_layer(poisson: float, slimness: float) -> None:
 
 @pytest.mark.parametrize(("poisson", "slimness"), CASES)
 def test_a_flat_punch_on_a_bonded_layer(poisson: float, slimness: float) -> None:
-    """Its edge lies 0.3849 spacings beyond the last node, as on a half-plane (test_elastic_slab.py): with that, order 2.
+    """The edge lies 0.3849 spacings beyond the last node, as on a half-plane (test_elastic_slab.py): with that, order 2.
 
     Load per approach, half-width by the second moment, and the pressure on the inner 70 %."""
     height, errors = HALF_WIDTH / slimness, []

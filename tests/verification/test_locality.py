@@ -1,4 +1,4 @@
-"""How local a slip is: whom the shear goes to that a slipping node drops, by scheme.
+"""Locality of a slip: nodes to which the shear goes that a slipping node drops, by scheme.
 
 With the others held and the load kept, a node's slip s changes the shears by K_ij s. Of the dropped K_ii s the two
 neighbours take -(K_i,i-1 + K_i,i+1)/K_ii; what all others take together is kept, the rest leaves the contact. All of it is
@@ -17,7 +17,7 @@ CASE = Case(max_events=None, max_displacement=2.5e-3)
 
 
 def transfer(compliance):
-    """What the neighbours of the contact's two middle nodes take of a drop, and what all others keep of it."""
+    """Shares of a drop that the neighbours of the contact's two middle nodes take, and that all others keep."""
     state = initial_contact(replace(CASE, slab=compliance.slab, initial_contact="frictionless"), compliance)
     nodes, n = np.flatnonzero(state.contact), compliance.slab.n_x
     m, rows = len(nodes), np.concatenate((nodes, nodes + n))

@@ -149,7 +149,7 @@ def test_friction_of_a_strong_ball_grows_as_hertz_area():
 @pytest.mark.parametrize("scheme", ["half_plane", "galerkin", "half_space"])
 @pytest.mark.parametrize("residual_shear", [0.0, 0.6, 1.0])
 def test_energy_is_kept_where_nodes_are_released_loaded(scheme, residual_shear):
-    """What the pin does is stored or lost, though nodes leave with shear: it falls in proportion to their displacement."""
+    """The pin's work is stored or lost, though nodes leave with shear: it falls in proportion to their displacement."""
     slab = Slab(17 if scheme == "half_space" else 33, scheme=scheme)
     rule = SlipRule(residual_shear=residual_shear, strength=2e-2, event_floor=1e-9)
     case = Case(0.2, 5.0, 1e-2, slab, slip_rule=rule, start=0.3, max_events=400)

@@ -1,5 +1,7 @@
 """Compiled events: displacement, release and touch of nodes; violations, cascades, the next event along a path."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -546,6 +548,18 @@ def _soundness(state: KernelState, constants: KernelConstants) -> Stop:
 
 # The next event along the rate: the smallest step at which a node slips, is released or touches.
 
+
+class _NodeForces(NamedTuple):
+    """Forces on a node, their rates along the path, and what limits its shear: friction times pressure, plus strength."""
+
+    shear: float
+    normal: float
+    shear_rate: float
+    normal_rate: float
+    friction: float
+    strength: float
+
+
 EDGE = 1e-9
 """Relative distance inside a punch's edge at which a node counts as under it."""
 
@@ -575,9 +589,9 @@ def next_event(state: KernelState, constants: KernelConstants, blur: float) -> t
     if node >= 0:
         kind = EventKind.TOUCH
         if state.contact[node]:
-            along, down = rate[node], rate[n + node]
-            slip = _step_to_slip(y[node], y[n + node], along, down, friction[node], strength[node], opposite)
-            kind = EventKind.RELEASE if _comes_first(_step_to_release(y[n + node], down), slip) else EventKind.SLIP
+            forces = _NodeForces(y[node], y[n + node], rate[node], rate[n + node], friction[node], strength[node])
+            released = _comes_first(_step_to_release(forces), _step_to_slip(forces, opposite))
+            kind = EventKind.RELEASE if released else EventKind.SLIP
     return nearest, kind, node
 
 
@@ -609,53 +623,35 @@ def _find_steps_to_limits(
     """Find the steps at which contact nodes slip (limited shear = its limit) or are released (pressure = 0), all (n,); of free
     nodes they mean nothing. In a loop without branches, for vector instructions."""
     for i in range(len(steps)):
-        along, down = shear_rate[i], normal_rate[i]
-        slip = _step_to_slip(shear[i], normal[i], along, down, node_friction[i], node_strength[i], opposite)
-        release = _step_to_release(normal[i], down)
+        forces = _NodeForces(shear[i], normal[i], shear_rate[i], normal_rate[i], node_friction[i], node_strength[i])
+        slip, release = _step_to_slip(forces, opposite), _step_to_release(forces)
         steps[i] = release if _comes_first(release, slip) else slip
 
 
 @declare_kernel(inline="always")
-def _step_to_release(normal: float, normal_rate: float) -> float:
+def _step_to_release(node: _NodeForces) -> float:
     """Step at which a node's pressure, the negative of its normal entry, is 0."""
     # Below 0 by rounding: released where it is, not at a step back.
-    return max(-normal, 0.0) / normal_rate if normal_rate > 0.0 else np.inf
+    return max(-node.normal, 0.0) / node.normal_rate if node.normal_rate > 0.0 else np.inf
 
 
 @declare_kernel(inline="always")
-def _step_to_slip(
-    shear: float,
-    normal: float,
-    shear_rate: float,
-    normal_rate: float,
-    friction: float,
-    strength: float,
-    opposite: float,
-) -> float:
+def _step_to_slip(node: _NodeForces, opposite: float) -> float:
     """Step at which a node's limited shear is its limit."""
     # The factor 0 stands for shear against the drag that is not limited: it has no limit to reach.
-    forward = _step_of_sign(1.0, shear, normal, shear_rate, normal_rate, friction, strength)
-    backward = _step_of_sign(opposite, shear, normal, shear_rate, normal_rate, friction, strength)
+    forward, backward = _step_of_sign(1.0, node), _step_of_sign(opposite, node)
     return min(forward, backward if opposite != 0.0 else np.inf)
 
 
 @declare_kernel(inline="always")
-def _step_of_sign(
-    sign: float,
-    shear: float,
-    normal: float,
-    shear_rate: float,
-    normal_rate: float,
-    friction: float,
-    strength: float,
-) -> float:
+def _step_of_sign(sign: float, node: _NodeForces) -> float:
     """Step at which a node's shear of this sign is its limit."""
-    pressure, pressure_rate = -normal, -normal_rate
+    pressure, pressure_rate = -node.normal, -node.normal_rate
     # Shear and pressure are linear in the step, and so is ±shear - (μ_i p + τ_0·area), which rises to 0.
-    excess = sign * shear - friction * pressure - strength
-    excess_rate = sign * shear_rate - friction * pressure_rate
+    excess = sign * node.shear - node.friction * pressure - node.strength
+    excess_rate = sign * node.shear_rate - node.friction * pressure_rate
     # `&`, as `and` is a branch. An infinite μ_i has no limit.
-    return max(-excess, 0.0) / excess_rate if (excess_rate > 0.0) & (friction < np.inf) else np.inf
+    return max(-excess, 0.0) / excess_rate if (excess_rate > 0.0) & (node.friction < np.inf) else np.inf
 
 
 @declare_kernel(inline="always")

@@ -109,7 +109,7 @@ def test_a_contact_singular_to_rounding_is_named(effects: Effects, sway: float) 
 
 
 def test_a_pillar_is_not_sent_to_the_scheme_that_it_has() -> None:
-    """What rounding takes from `galerkin` no scheme brings back."""
+    """Digits that rounding takes from `galerkin` no scheme brings back."""
     slab = Slab(33, 1e4)
     broken = SurfaceCompliance(-np.eye(66), slab)
     message = explain_outcome(Outcome(Ending.SLIP_UNBOUNDED, "no slip"), broken, np.ones(33, dtype=np.bool_)).message

@@ -39,7 +39,7 @@ def test_the_stencils_compliance_is_that_of_exact_arithmetic_or_refused(
 
 @pytest.mark.parametrize("poisson", [0.5 - 1e-10, 0.4999999])
 def test_a_body_too_nearly_incompressible_is_refused_by_name(poisson: float) -> None:
-    """What bends a column is a difference of pressures 1/(1-2ν) as large: at 0.5 - 1e-10 a tenth of its sway was rounding."""
+    """A column is bent by a difference of pressures 1/(1-2ν) as large: at 0.5 - 1e-10 a tenth of its sway was rounding."""
     slab = Slab(33, 10.0, poisson, scheme=Galerkin(rows_per_level=1))
     with pytest.raises(SingularOperator, match="poisson"):
         surface_compliance(slab)
