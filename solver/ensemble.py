@@ -194,9 +194,10 @@ def mean_of(values: ArrayLike, shared: Floats | float = 0.0) -> Mean:
     enough = having >= fewest_members(most)
     # 1 where no mean is stated: nothing is divided by 0.
     count = np.where(enough, having, 1)
-    mean = np.where(is_finite, values, 0.0).sum(axis=-1) / count
-    off = values - mean[..., None]
-    with np.errstate(divide="ignore", invalid="ignore"):
+    # Sums and squares of numbers near the largest float are infinite.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        mean = np.where(is_finite, values, 0.0).sum(axis=-1) / count
+        off = values - mean[..., None]
         squared_error = (off * off).sum(axis=-1) / (most - 1.0) / most
         error = student(most) * np.sqrt(squared_error)
     # Scatter and shared error are independent: their squares add up.

@@ -125,7 +125,7 @@ def fit_campaign(
         if not farm.root:
             farm.leave(farm.serve())
         try:
-            with refusals(ValueError, ShortageError):
+            with refusals(ValueError, ShortageError, FarmError):
                 fit = _compute_fit(farm, question, into, points)
         except click.ClickException as error:
             show(error)

@@ -86,7 +86,11 @@ class Runs:
         """Append the columns of a result; returns their length."""
         runs = {name: _run(result, name, series) for name in series.columns}
         for name, quantity in series.columns.items():
-            values = runs[name] * factors[quantity.per] if quantity.per else runs[name]
+            values = runs[name]
+            if quantity.per:
+                # What overflows is infinite, and no number of the dataset.
+                with np.errstate(over="ignore"):
+                    values = values * factors[quantity.per]
             self._columns[quantity.name].add(values)
         return next(iter(runs.values())).size
 

@@ -19,7 +19,14 @@ from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.figures.points import points_named
 from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, filling, search_parameters
-from nanoslip.study.inference.sensitivity import find_axis, point_errors, spread_of_members, values_of_members
+from nanoslip.study.inference.sensitivity import (
+    LARGEST,
+    bounded,
+    find_axis,
+    point_errors,
+    spread_of_members,
+    values_of_members,
+)
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, names_by_word, table_taking, word_for_symbol
 from nanoslip.study.manifest.problems import ManifestError, Place, unknown
@@ -41,8 +48,6 @@ TABLE: Final = "points of the fit"
 """Name of the table of the points in messages."""
 DECADE: Final = 10.0
 """Ratio of the ends of a range above which it is searched in logarithms by default."""
-LARGEST_MEASURED: Final = 1e100
-"""Largest measured value accepted; squares and ratios must not overflow."""
 _DESIGN: Final = ("design", "points", "design_seed", "table", "axes")
 START: Final = "start"
 START_Y: Final = "start_y"
@@ -248,7 +253,7 @@ def _point_numbers(targets: Sequence[Target], plan: Plan, dataset: xr.Dataset) -
             names = ", ".join(dict.fromkeys(drive.name for drive in plan.manifest.drives))
             need = f"one drive: give {DRIVE_WORD}=NAME ({names}), and a value on each drive axis"
             raise ManifestError.of(target.name, need=need)
-    values = np.column_stack([points.values.astype(float) for points in points_of_targets])
+    values = np.column_stack([bounded(points.values) for points in points_of_targets])
     errors = np.column_stack([point_errors(points, spread_of_members(dataset, points)) for points in points_of_targets])
     members = [values_of_members(dataset, points) for points in points_of_targets]
     starts = [_start_covariance(columns) for columns in zip(*members, strict=True)]
@@ -313,9 +318,9 @@ def make_question(
 
 def _require_measured(target: Target) -> None:
     """Raise ManifestError if a measured number or its ± is not finite, or the ± is not above 0."""
-    is_small = abs(target.value) <= LARGEST_MEASURED
-    if not (is_small and 1.0 / LARGEST_MEASURED <= target.error <= LARGEST_MEASURED):
-        need = f"a ± above 0, and finite numbers up to {LARGEST_MEASURED:g}"
+    is_small = abs(target.value) <= LARGEST
+    if not (is_small and 1.0 / LARGEST <= target.error <= LARGEST):
+        need = f"a ± above 0, and finite numbers up to {LARGEST:g}"
         raise ManifestError.of(f"{target.name} = {target.value:g} ± {target.error:g}", need=need)
 
 

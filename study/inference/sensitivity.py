@@ -423,14 +423,24 @@ def _interval(drawn: Floats, missed: float) -> Floats:
 # Numbers with what is known of their errors.
 
 
+LARGEST: Final = 1e100
+"""Largest number that is used; squares and ratios must not overflow."""
+
+
+def bounded(values: NDArray[Any]) -> Floats:
+    """NaN instead of numbers above LARGEST."""
+    numbers = values.astype(float)
+    return np.where(np.abs(numbers) <= LARGEST, numbers, np.nan)
+
+
 def values_of_members(dataset: xr.Dataset, points: Points) -> list[NDArray[Any]]:
-    """The number of each member (members,), of each of all points."""
+    """The number of each member (members,), of each of all points; NaN above LARGEST."""
     rows = longest_rows(dataset, points.sources, {})
     columns = [read_members(rows, name) for name in points.sources]
     if len(columns) == 1:
-        return columns[0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return [above / below for above, below in zip(*columns, strict=True)]
+        return [bounded(members) for members in columns[0]]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        return [bounded(above / below) for above, below in zip(*columns, strict=True)]
 
 
 def spread_of_members(dataset: xr.Dataset, points: Points) -> Floats:
@@ -451,7 +461,8 @@ def point_errors(points: Points, spread: Floats) -> Floats:
     """
     members = np.where(points.members > 1, points.members, np.nan)
     standard_errors = student(members) * spread / np.sqrt(members)
-    return np.where(np.isfinite(points.errors), points.errors, standard_errors)
+    is_usable = (points.errors >= 0.0) & (points.errors <= LARGEST)
+    return np.where(is_usable, points.errors, standard_errors)
 
 
 def _deviation(values: NDArray[Any]) -> float:
@@ -482,7 +493,7 @@ def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST_REGRESSED) -> Sen
         raise ValueError(f"{of}: needs a number, and is words")
     members = values_of_members(dataset, points)
     errors = point_errors(points, _deviations(members))
-    values = points.values.astype(float)
+    values = bounded(points.values)
     sets = _sets_of_starts(longest_rows(dataset, points.sources, {}))
     is_known = np.isfinite(values)
     common = share_of_starts(sets, members)

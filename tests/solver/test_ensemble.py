@@ -274,3 +274,9 @@ def test_a_change_is_known_better_than_what_it_is_a_change_of():
 )
 def test_a_change_that_nobody_knows_is_never_allowed(without, whole):
     assert omission_error(without, whole) == np.inf
+
+
+def test_a_mean_that_overflows_is_infinite_without_a_warning():
+    found = mean_of([1e308, 1e308, 1e308])
+    assert found.mean == np.inf
+    assert not np.isfinite(found.uncertainty)

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 import nanoslip
+from nanoslip.study.commands import infer
 from nanoslip.study.commands.infer import read_numbers, read_ranges, read_trace_numbers
 from nanoslip.study.inference.campaign import make_question
 from nanoslip.study.inference.fit import filling
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.report.page import page
+from nanoslip.study.run.child import FarmError
 from nanoslip.study.shipped import starters
 from tests.conftest import Main
 from tests.study.figures.cases import product
@@ -38,6 +40,21 @@ def contacts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "contacts.toml"
     path.write_text(CONTACTS)
     return path
+
+
+@pytest.mark.slow
+def test_a_fit_whose_processes_cannot_compute_ends_with_their_message(
+    main: Main, contacts: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """As where somebody changes the program while it runs: `run` ends so too."""
+
+    def refuse(*_: object) -> None:
+        raise FarmError("rank 0 has other software than the run began with")
+
+    monkeypatch.setattr(infer, "_compute_fit", refuse)
+    code, _, errors = main("fit", contacts, f"{SIZE}=0.14+-0.002", "normal_load=1.5e-3", "-j", 1)
+    assert code == 2
+    assert "Error: rank 0 has other software" in errors
 
 
 def test_what_matters_to_a_contact(main: Main, contacts: Path):

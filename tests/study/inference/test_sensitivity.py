@@ -261,6 +261,7 @@ def test_cases_that_share_their_starts_are_counted():
     assert "sets of starts" not in caution(found)
 
 
+@pytest.mark.slow
 def test_starts_are_counted_by_the_parameters_of_the_solver():
     """In a campaign given in newtons cases differ in normal_load_si; four loads are four sets, whatever the axis is called."""
     scales = {"slab_width": "2 mm", "shear_modulus": "671 kPa"}
@@ -353,3 +354,15 @@ def test_the_share_of_starts_is_the_correlation_of_members():
         assert share_of_starts(sets, scaled) == pytest.approx(share, abs=0.15)
     assert np.isnan(share_of_starts(sets, [np.array([1.0])] * 120))
     assert np.isnan(share_of_starts(np.arange(120), scaled))
+
+
+def test_numbers_near_the_largest_float_and_negative_errors_are_not_used():
+    """Squares of 1e308 overflow, and no ± is below 0: such cases are holes, and have no ±, without a warning."""
+    axes = {"intrinsic_friction": [0.3, 0.4, 0.5], "radius": [20.0, 30.0, 45.0]}
+    data = product(lambda intrinsic_friction, radius: intrinsic_friction * radius**0.1, **axes)
+    data["plateau_mean_uncertainty"][0] = -1.0
+    data["plateau_mean_uncertainty"][1] = 1e308
+    assert nanoslip.sensitivity(data, "plateau_mean").unsure == 6
+    data["plateau_mean"][0, 0] = -1e308
+    found = nanoslip.sensitivity(data, "plateau_mean")
+    assert (found.known, found.holes) == (8, 1)
