@@ -10,7 +10,7 @@ At which velocity does stick-slip stop on my machine?
 from pathlib import Path
 from subprocess import check_output
 
-command = 'nanoslip try --critical spring_stiffness="50 N/mm" radius=50 n_x=33'
+command = 'nanoslip try --critical spring_stiffness="50 N/mm" radius=50 n_x=33 members=4'
 print(check_output(command, shell=True, text=True))
 
 # %%
