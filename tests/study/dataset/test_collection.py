@@ -15,7 +15,7 @@ import xarray as xr
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study import api
-from nanoslip.study.dataset import file
+from nanoslip.study.dataset import file, runs
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import NOTE, dataset_hash, is_current_dataset, read_groups, write_state
@@ -573,6 +573,6 @@ def test_cases_that_share_a_result_share_its_record(build):
 
 def test_a_dataset_of_long_columns_is_the_same(small, monkeypatch, tmp_path):
     plan, store, _ = small
-    monkeypatch.setattr(file, "HELD", 0)
+    monkeypatch.setattr(runs, "HELD", 0)
     file.write_netcdf(collect(plan, store), tmp_path / file.FILE)
     assert (tmp_path / file.FILE).read_bytes() == (store.folder.parent / file.FILE).read_bytes()
