@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.study.dataset.units import label, symbol_and_unit
 from nanoslip.study.figures.points import DrawnColumns, read_points, typeset
 from nanoslip.study.figures.roles import set_few_ticks
@@ -54,9 +55,11 @@ def bars(answer: Sensitivity) -> Figure:
 
 def index_table(answer: Sensitivity) -> DrawnColumns:
     """The indices as a table."""
-    both = {"first": answer.first, "total": answer.total}
-    parts = {f"{kind}{end}": shares[:, place] for kind, shares in both.items() for place, end in enumerate(_ENDS)}
-    return {"axis": np.array(answer.axes, dtype=object), **parts}
+    columns: dict[str, Any] = {"axis": np.array(answer.axes, dtype=object)}
+    for kind, shares in {"first": answer.first, "total": answer.total}.items():
+        for end, values in zip(_ENDS, shares.T, strict=True):
+            columns[f"{kind}{end}"] = values
+    return columns
 
 
 _ENDS: Final = ("", "_low", "_high")
@@ -111,60 +114,80 @@ def contours(fit: Fit) -> Figure:
 
 
 def _draw_pair(axes: Any, fit: Fit, first: int, second: int) -> None:
+    """Draw the sets in the plane of two parameters, with the computed points and the best one."""
     grid = np.linspace(0.0, 1.0, FINE)
-    u, v = (item.ravel() for item in np.meshgrid(grid, grid))
-    others = fit.agreeing(LEVELS[-1]) if fit.reached else fit.best[None]
-    count = min(len(others), BEHIND if len(fit.ranges) > 2 else 1)
-    tried = others[np.linspace(0, len(others) - 1, count).astype(int)]
-    places = np.repeat(tried[:, None, :], len(u), axis=1)
-    places[:, :, first], places[:, :, second] = u, v
-    least = fit.misfit(places.reshape(-1, len(fit.ranges))).reshape(len(tried), -1).min(axis=0)
     ranges = fit.ranges[first], fit.ranges[second]
-    x, y = (item.at(grid) for item in ranges)
-    levels = [0.0, *map(fit.limit, LEVELS)]
-    axes.contourf(x, y, np.minimum(least, 1e6).reshape(FINE, FINE), levels=levels, colors=_SHADES)
-    for item, shade in zip(LEVELS, _SHADES, strict=True):
-        axes.plot([], [], "s", color=shade, label=f"agrees at {100 * item:.0f} %")
-    points = [item.at(fit.computed.x[:, axis]) for item, axis in zip(ranges, (first, second), strict=True)]
-    axes.plot(*points, ".", markersize=2.0, color="#555555", label="computed")
-    best = [item.at(fit.best[axis : axis + 1]) for item, axis in zip(ranges, (first, second), strict=True)]
-    axes.plot(*best, "*", markersize=7.0, color=COLORS[1], label="best" if fit.reached else "nearest")
-    for name, parameter in zip("xy", ranges, strict=True):
-        look = {
-            "label": _label(parameter),
-            "scale": "log" if parameter.logarithmic else "linear",
-            "lim": (parameter.low, parameter.high),
-        }
-        axes.set(**{f"{name}{key}": value for key, value in look.items()})
+    x, y = (parameter.at(grid) for parameter in ranges)
+    misfit = np.minimum(_least_misfit(fit, first, second, grid), 1e6)
+    axes.contourf(x, y, misfit, levels=[0.0, *map(fit.limit, LEVELS)], colors=_SHADES)
+    for level, shade in zip(LEVELS, _SHADES, strict=True):
+        axes.plot([], [], "s", color=shade, label=_level_label(level))
+    computed, best = fit.computed.x, fit.best[None]
+    computed_at = ranges[0].at(computed[:, first]), ranges[1].at(computed[:, second])
+    axes.plot(*computed_at, ".", markersize=2.0, color="#555555", label="computed")
+    best_at = ranges[0].at(best[:, first]), ranges[1].at(best[:, second])
+    best_label = "best" if fit.reached else "nearest"
+    axes.plot(*best_at, "*", markersize=7.0, color=COLORS[1], label=best_label)
+    across, up = ranges
+    axes.set(xlabel=_label(across), xscale=_scale(across), xlim=(across.low, across.high))
+    axes.set(ylabel=_label(up), yscale=_scale(up), ylim=(up.low, up.high))
+    for axis, parameter in zip((axes.xaxis, axes.yaxis), ranges, strict=True):
         if parameter.logarithmic:
-            set_few_ticks(getattr(axes, f"{name}axis"))
+            set_few_ticks(axis)
+
+
+def _least_misfit(fit: Fit, first: int, second: int, grid: Floats) -> Floats:
+    """Best agreement (n, n) at each place of two parameters on a grid (n,), over the values of all others that are tried."""
+    across, up = (places.ravel() for places in np.meshgrid(grid, grid))
+    others = fit.agreeing(LEVELS[-1]) if fit.reached else fit.best[None]
+    most = BEHIND if len(fit.ranges) > 2 else 1
+    count = min(len(others), most)
+    chosen = np.linspace(0, len(others) - 1, count).astype(int)
+    places = np.repeat(others[chosen, None, :], len(across), axis=1)
+    places[:, :, first], places[:, :, second] = across, up
+    misfits = fit.misfit(places.reshape(-1, len(fit.ranges)))
+    least: Floats = misfits.reshape(count, -1).min(axis=0)
+    return least.reshape(len(grid), len(grid))
 
 
 def _draw_parameter_fit(fit: Fit) -> Figure:
     """Draw a fit of a single parameter: each number over it, the measured number as a band, and the parameter's
     interval."""
-    grid = np.linspace(0.0, 1.0, 4 * FINE)[:, None]
-    means, errors = fit.predict(grid)
-    x = fit.ranges[0].at(grid[:, 0])
     with column(0.4 + 1.9 * len(fit.targets), WIDTH) as figure:
         panels = figure.subplots(len(fit.targets), squeeze=False, sharex=True).ravel()
-        for number, (axes, target) in enumerate(zip(panels, fit.targets, strict=True)):
-            for level, shade in zip(LEVELS, _SHADES, strict=True):
-                label_of = f"agrees at {100 * level:.0f} %"
-                for ends in filter(None, fit.intervals(0, level)):
-                    axes.axvspan(*ends, color=shade, alpha=0.35, label=label_of, linewidth=0.0)
-                    label_of = ""
-            low, high = target.value - target.error, target.value + target.error
-            axes.axhspan(low, high, color=COLORS[3], alpha=0.3, label="measured")
-            mean, error = means[:, number], errors[:, number]
-            axes.plot(x, mean, color=COLORS[0])
-            axes.fill_between(x, mean - 2.0 * error, mean + 2.0 * error, color=COLORS[0], alpha=0.2, linewidth=0.0)
-            places, values = fit.ranges[0].at(fit.computed.x[:, 0]), fit.computed.values[:, number]
-            axes.plot(places, values, ".", markersize=2.5, color="#555555", label="computed")
-            axes.set(ylabel=target.name, xscale="log" if fit.ranges[0].logarithmic else "linear")
+        for number, axes in enumerate(panels):
+            _draw_target(axes, fit, number)
         panels[-1].set_xlabel(_label(fit.ranges[0]))
         legend(figure)
     return figure
+
+
+def _draw_target(axes: Any, fit: Fit, number: int) -> None:
+    """Draw one measured number over the only parameter of a fit."""
+    parameter, target = fit.ranges[0], fit.targets[number]
+    for level, shade in zip(LEVELS, _SHADES, strict=True):
+        label_once = _level_label(level)
+        for ends in filter(None, fit.intervals(0, level)):
+            axes.axvspan(*ends, color=shade, alpha=0.35, label=label_once, linewidth=0.0)
+            label_once = ""
+    low, high = target.value - target.error, target.value + target.error
+    axes.axhspan(low, high, color=COLORS[3], alpha=0.3, label="measured")
+    grid = np.linspace(0.0, 1.0, 4 * FINE)[:, None]
+    means, errors = fit.predict(grid)
+    x, mean, error = parameter.at(grid[:, 0]), means[:, number], errors[:, number]
+    axes.plot(x, mean, color=COLORS[0])
+    axes.fill_between(x, mean - 2.0 * error, mean + 2.0 * error, color=COLORS[0], alpha=0.2, linewidth=0.0)
+    places, values = parameter.at(fit.computed.x[:, 0]), fit.computed.values[:, number]
+    axes.plot(places, values, ".", markersize=2.5, color="#555555", label="computed")
+    axes.set(ylabel=target.name, xscale=_scale(parameter))
+
+
+def _level_label(level: float) -> str:
+    return f"agrees at {100 * level:.0f} %"
+
+
+def _scale(parameter: Range) -> str:
+    return "log" if parameter.logarithmic else "linear"
 
 
 def _label(parameter: Range) -> str:
