@@ -87,6 +87,7 @@ from nanoslip.study.manifest.parameters import (
     make_case,
     plain,
     table_taking,
+    table_words,
     twice,
     words_by_name,
 )
@@ -680,7 +681,8 @@ def _spread_path(top: Mapping[str, Any]) -> dict[str, Any]:
         del path["amplitude"]
         strokes = [twice(half_stroke) for half_stroke in amplitudes]
         path["stroke"] = strokes if isinstance(amplitude, list) else strokes[0]
-    listed = {word: value for word, value in path.items() if isinstance(value, list) and word in axes()}
+    can_vary = {*table_words("path")} & {*axes()}
+    listed = {word: value for word, value in path.items() if isinstance(value, list) and word in can_vary}
     # A word that [axes] has, too, stays in both, where `check_places` refuses it.
     if not listed or listed.keys() & top.get("axes", {}).keys():
         return {**top, "path": path}

@@ -171,6 +171,8 @@ def test_what_a_path_excludes_is_refused_by_key(tmp_path):
     assert problems_of(tmp_path, f'stages = ["contact"]\n{path}') == [("", "stages")]
     assert problems_of(tmp_path, "[path]\namplitude = [0.1, -1.0]\n") == [("axes", "amplitude[1]")]
     assert problems_of(tmp_path, "[path]\nload = 0.5\n") == [("path", "load")]
+    # A list of another table's parameter is no axis of the path.
+    assert problems_of(tmp_path, "[path]\namplitude = 0.5\nradius = [100.0, 200.0]\n") == [("path", "radius")]
     assert problems_of(tmp_path, '[path]\nload = ["5 mm"]\n') == [("path", "load")]
     loads = '[path]\nload = ["5 N"]\n[axes]\nnormal_load = [1e-3, 1e-4]\n'
     assert problems_of(tmp_path, loads) == [("path", "load")]
