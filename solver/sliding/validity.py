@@ -139,6 +139,8 @@ class Flag(Enum):
 
 
 FLAGS = tuple(Flag)
+KNOWN: int = sum(flag.mask for flag in FLAGS)
+"""Bits of all flags."""
 DOUBTFUL: int = sum(flag.mask for flag in FLAGS if flag is not Flag.short_record)
 """Bits of flags with which a number is no number of a pin on a slab; that of a short record is one, of less accuracy."""
 Flags = tuple[Flag, ...]

@@ -24,7 +24,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import fewest_members
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.solver.parameter import Quantity, attributes
-from nanoslip.solver.sliding.validity import decode_flags, encode_flags, flag_advice, predict_flags
+from nanoslip.solver.sliding.validity import KNOWN, decode_flags, encode_flags, flag_advice, predict_flags
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.file import (
     FORMAT,
@@ -370,6 +370,8 @@ class CaseVariables:
         flags = member_flags(case, result)
         if flags is None:
             return
+        # Bits of no flag, which a dataset may have no room for.
+        flags &= KNOWN
         # A case with a path and a record has the flags of both.
         if result.kind == "path":
             flags |= int(self._values[variables.VALIDITY.name][place])
@@ -451,14 +453,17 @@ class CaseVariables:
             means = variables.mean_in_dataset(columns, name, quantity)
             factors = [row.factors[quantity.per] for row in rows]
             unit = np.array(factors)
-            self._values[quantity.name][places] = means.mean * unit
-            if quantity.ensemble:
+            # What overflows is infinite.
+            with np.errstate(over="ignore"):
+                self._values[quantity.name][places] = means.mean * unit
+                if not quantity.ensemble:
+                    continue
                 # An error has no sign, whatever that of its scale.
                 size = np.abs(unit)
                 self._values[quantity.uncertainty][places] = means.uncertainty * size
                 if quantity.shared:
                     self._values[quantity.shared_error][places] = means.shared * size
-                self._values[quantity.members][places] = means.members
+            self._values[quantity.members][places] = means.members
 
     def _enter_words(self, quantity: Quantity, places: NDArray[np.intp], numbers: NDArray[np.float64]) -> None:
         """Set the word of most members, empty if too few have one, and how many have each. numbers: (results, members)."""

@@ -14,6 +14,7 @@ import xarray as xr
 
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.solver.sliding.validity import KNOWN
 from nanoslip.study import api
 from nanoslip.study.dataset import file, runs
 from nanoslip.study.dataset.access import Accessor
@@ -195,6 +196,20 @@ def test_the_software_named_is_that_which_computed_not_that_which_collects(small
         assert read_groups(found)["software"][f"software_{item.name}"].values.tolist() == [getattr(OLD, item.name)]
     assert said(found["computed_by"]) == {OLD.name}
     assert file.MIXED not in found.attrs
+
+
+@pytest.mark.parametrize("damage", [{"validity_flags": 2**31}, {"plateau_mean": 1e308, "static_friction": 1e308}])
+def test_results_that_make_no_sense_are_collected_without_a_word(small, tmp_path, damage):
+    """Flags that no version has, and numbers that overflow in another unit."""
+    plan, store, _ = small
+    other = Store(tmp_path)
+    other.prepare()
+    for task in plan.tasks:
+        result = store.read(task.key)
+        scalars = {name: [damage.get(name, value) for value in values] for name, values in result.scalars.items()}
+        other.write(replace(result, scalars=scalars))
+    found = collect(plan, other)
+    assert (found["validity_flags"] & ~KNOWN == 0).all()
 
 
 def test_results_of_different_software_are_named_with_counts_and_case_by_case(small, tmp_path):
