@@ -344,7 +344,7 @@ Converted = TypeVar("Converted")
 
 
 def convert_all(entries: Iterable[Given], convert: Callable[[Given], Converted]) -> tuple[list[Converted], Problems]:
-    """Entries as `convert` makes them, and the problems of those that it refuses by InvalidInput or ManifestError."""
+    """Convert entries. An entry that `convert` refuses, by InvalidInput or ManifestError, becomes problems instead."""
     good, problems = list[Converted](), Problems()
     for entry in entries:
         try:

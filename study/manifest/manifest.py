@@ -390,7 +390,7 @@ TOP_LEVEL: Final[dict[str, tuple[type, str]]] = {
     "drives": (list, "tables [[drives]]"),
     AXES: (dict, f"a table [{AXES}]"),
 }
-"""Key outside of all tables, or table -> type of its content, and what it has to be."""
+"""Key outside of all tables, or table -> type and need of its content."""
 KEYS_OF_FILES: Final = frozenset((*TOP_LEVEL, "name", *itertools.chain(*OTHERS.values())))
 """Keys that a campaign has beside the parameters of its cases, their ensembles, drives and outputs."""
 
