@@ -47,7 +47,7 @@ def critical_velocity(record: FrictionRecord, plateau: Plateau, drive: Drive) ->
         except InvalidInput:  # beyond the range of a drive
             return None
         motion = replace(
-            measure_motion(record, plateau, changed)[0], forgotten=True
+            measure_motion(record, plateau, changed)[0], forgotten_from=0.0
         )  # its own regime, next to the border
         regime = count_sticks(motion, changed).regime
         return None if regime is None else regime in STICKING

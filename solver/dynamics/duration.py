@@ -18,7 +18,7 @@ from nanoslip.solver.drive import Drive, lag_time
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, make_friction_limit
 from nanoslip.solver.dynamics.integrators import Pull, integrate
-from nanoslip.solver.dynamics.regime import RISING, count_sticks, decay_rate, start_is_forgotten
+from nanoslip.solver.dynamics.regime import RISING, count_sticks, ringing_time, start_forgotten_from
 from nanoslip.solver.dynamics.result import DynamicsResult, ending_parameter
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.parameter import declared
@@ -49,7 +49,7 @@ def measure_motion(
         motion = integrate(limit, replace(drive, duration=duration), record.initial_stiffness, pull)
         if pull is None and drive.duration is None and ending_parameter(motion, drive) != "max_slips":
             ends = partial(_slips_end, motion, drive, limit, may_slide)
-            motion = replace(motion, forgotten=start_is_forgotten(motion, drive, limit.period, ends))
+            motion = replace(motion, forgotten_from=start_forgotten_from(motion, drive, limit.period, ends))
         return motion, friction_coefficients(motion, record, plateau, ending_parameter(motion, drive))
 
     last = lasting(drive.duration)
@@ -91,20 +91,20 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     Before that part friction rises from 0 to its mean over so long a way that the pin is as fast as the stage, to 1 %. Then
     its teeth grow, pass by pass, while a ringing decays: teeth met at once swing the pin up to twice as far as they do later.
     """
-    first, mean, decay = limit.periodic_from, limit.steady_force, decay_rate(drive)
+    first, mean = limit.periodic_from, limit.steady_force
     # On a contact of this slope, RISING² k, a stuck pin follows the stage with kV/(k + slope) = V/(1 + RISING²).
     ramp = mean / (RISING**2 * drive.spring_stiffness)
     arrives = (ramp + mean / drive.spring_stiffness) / drive.stage_velocity
-    rings = -math.log(RISING) / decay if decay else 0.0  # without a damper it may still stick later
+    rings = ringing_time(drive) if drive.damping_ratio else 0.0  # without a damper it may still stick later
     one_pass = limit.period / drive.stage_velocity
     teeth = len(limit.force) - first
-    if rings / one_pass * teeth > FORGETTING:
-        return True  # each tooth takes a segment
     growing = math.ceil(rings / one_pass)
     grown = arrives + growing * one_pass
     forgets = grown + one_pass + rings
     # Twice the stretch on grown teeth: in its second half the ringing and the start are forgotten.
     duration = 2.0 * forgets - grown
+    if duration / one_pass * teeth > drive.step_limit:
+        return True  # each tooth takes a segment
     begins = ramp + limit.period * np.arange(growing + 1)
     share = np.arange(1, growing + 2) / (growing + 1)
     from_first = limit.edges[first:-1] - limit.edges[first]
@@ -118,7 +118,7 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     forces = np.concatenate(([0.0], force.ravel()))
     slopes = np.concatenate(([rise], slope.ravel()))
     ramped = FrictionLimit(edges, forces, slopes, 1 + growing * teeth)
-    trial = replace(drive, duration=duration, integrator="exact", samples=1, max_slips=None, step_limit=FORGETTING)
+    trial = replace(drive, duration=duration, integrator="exact", samples=1, max_slips=None)
     motion = integrate(ramped, trial, surface_stiffness)
     sticks = motion.restick_time[motion.restick_position > ramp]
     if not motion.outcome.ok or not len(sticks):
@@ -140,7 +140,10 @@ def _sufficient_duration(motion: DynamicsResult, friction: FrictionCoefficients,
     settled = not count.unsettled or motion.settling_time < lag_time(drive)
     if settled and (friction.outcome.ok or count.regime == "micro_slip"):
         return math.inf
-    forgets = friction.outcome.ok and (count.ringing > 0.0 or not motion.forgotten)  # friction is known
-    needed = 2.0 * max(motion.end_time, count.ringing if forgets else 0.0)
-    most = FORGETTING if forgets else drive.step_limit
+    needed, most = 2.0 * motion.end_time, drive.step_limit
+    if motion.forgotten_from > motion.end_time:
+        needed = max(needed, motion.forgotten_from)
+    elif friction.outcome.ok:
+        # Friction and regime are known: it goes on for the amplitude alone.
+        needed, most = 2.0 * max(motion.end_time, count.ringing), FORGETTING
     return needed if motion.steps * needed <= most * motion.end_time else math.inf

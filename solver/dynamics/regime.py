@@ -130,8 +130,9 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
     # By which the spring force of a stuck pin rises in the second half of the time.
     rise = drive.spring_stiffness * (drive.stage_velocity - result.stick_velocity) * 0.5 * result.end_time
     follows = result.spring_force_range < 0.5 * rise
-    if not result.forgotten:
-        why = "a longer drive may have another regime: spring_force_amplitude and stick_slip_period are not known"
+    if result.forgotten_from > result.end_time:
+        missing = "a longer drive may have another regime: spring_force_amplitude and stick_slip_period are not known"
+        why = f"{missing}{raising(ending_parameter(result, drive))}"
         return StickSlipCount(slips, resticks, stuck, None, math.nan, math.nan, why)
     regime = _regime(result) if slips else "micro_slip" if follows else "sticks"
     late = result.slip_time >= 0.5 * duration
@@ -149,20 +150,23 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
     return StickSlipCount(slips, resticks, stuck, regime, result.spring_force_range, period)
 
 
-def start_is_forgotten(result: DynamicsResult, drive: Drive, pattern: float, slips_end: Callable[[], bool]) -> bool:
-    """True if a longer drive has the same regime, judged by its slips and its record.
+def start_forgotten_from(result: DynamicsResult, drive: Drive, pattern: float, slips_end: Callable[[], bool]) -> float:
+    """Earliest time from which on a longer drive has the same regime, judged by slips and record; inf without a damper.
 
-    A pin that slides has met the whole repeated record with less ringing than would stop it.
-    pattern: length of the repeated record, in L_x. slips_end: whether slips that have all ended go on to do so.
+    By then a pin that slides has met the whole repeated record with less ringing than would stop it, in the second half of the
+    time. pattern: length of the repeated record, in L_x. slips_end: whether slips that have all ended go on to do so.
     """
     if not result.outcome.ok or not len(result.slip_time) or result.settling_time < lag_time(drive):
-        return True  # without slips, or dragged by its damper, a pin has one regime
+        return 0.0  # without slips, or dragged by its damper, a pin has one regime
+    one_pass = pattern / drive.stage_velocity
     if _regime(result) == "slides":
         # A velocity v of a free oscillation swings the spring force by √k v to both sides (the mass is 1).
         stopping = 2.0 * RISING * math.sqrt(drive.spring_stiffness) * drive.stage_velocity
-        begins = max(_ringing_ends(result, drive, stopping), 0.5 * result.end_time)
-        return drive.stage_velocity * (result.end_time - begins) >= pattern
-    return slips_end()
+        return one_pass + max(_ringing_ends(result, drive, stopping), one_pass)
+    if slips_end():
+        return 0.0
+    # It may slide yet: after its last slip, whose ringing decays first.
+    return result.end_time + ringing_time(drive) + one_pass
 
 
 def decay_rate(drive: Drive) -> float:
@@ -171,6 +175,12 @@ def decay_rate(drive: Drive) -> float:
     # difference.
     natural, ratio = math.sqrt(drive.spring_stiffness), drive.damping_ratio
     return natural / (ratio + math.sqrt(ratio**2 - 1.0)) if ratio > 1.0 else natural * ratio
+
+
+def ringing_time(drive: Drive) -> float:
+    """Time in which a free oscillation decays to RISING of itself; inf without a damper."""
+    decay = decay_rate(drive)
+    return -math.log(RISING) / decay if decay else math.inf
 
 
 def _ringing_ends(result: DynamicsResult, drive: Drive, force: float) -> float:

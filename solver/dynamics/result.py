@@ -101,8 +101,8 @@ class DynamicsResult(OneLine):
     steps: int = quantity("segments or time steps of the integrator")
     outcome: Outcome
     """Outcome of the run."""
-    forgotten: bool = True
-    """False if the start may still decide the regime; a given duration is never asked."""
+    forgotten_from: float = 0.0
+    """Earliest time at which the start no longer decides the regime; a given duration is never asked."""
 
     def _facts(self) -> Iterator[str]:
         yield f"{len(self.time)} samples to t = {self.end_time:.4g}"

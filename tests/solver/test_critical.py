@@ -63,7 +63,9 @@ def test_beyond_the_critical_velocity_a_pin_slides_and_before_it_sticks() -> Non
     regimes = []
     for factor in (2.0 ** (-1.0 / 128.0), 2.0):  # the lower end of the last bracket, and far above
         pulled = replace(drive, stage_velocity=found.critical_velocity * factor)
-        motion = replace(measure_motion(record, plateau, pulled)[0], forgotten=True)  # its own, so near to the border
+        motion = replace(
+            measure_motion(record, plateau, pulled)[0], forgotten_from=0.0
+        )  # its own, so near to the border
         regimes.append(count_sticks(motion, pulled).regime)
     assert regimes[0] == "stick_slip"
     assert regimes[1] in ("slides", "micro_slip")

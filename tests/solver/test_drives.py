@@ -274,6 +274,28 @@ def test_a_pin_that_sticks_again_before_it_slides_for_good_slides():
     assert counted_of(closed_form(soon, 2.0, 0.52), soon).regime == "stick_slip"
 
 
+@pytest.mark.parametrize(
+    ("stage_velocity", "damping_ratio", "regime"),
+    [(1e-4, 2e-3, "stick_slip"), (1e-3, 2e-3, "slides"), (3e-3, 5e-3, "slides"), (1e-2, 0.02, "slides")],
+)
+def test_a_drive_without_duration_goes_on_until_its_regime_is_known(stage_velocity, damping_ratio, regime):
+    """Its ringing lasts for many passes over the record: up to 3 million segments. Thrice as long has the same regime."""
+    drive = Drive.from_si(stage_velocity=stage_velocity, damping_ratio=damping_ratio, samples=1)
+    motion = measure_motion(RECORD, PLATEAU, drive)[0]
+    longer = replace(drive, duration=3.0 * motion.end_time)
+    assert count_sticks(motion, drive).regime == regime
+    assert count_sticks(measure_motion(RECORD, PLATEAU, longer)[0], longer).regime == regime
+
+
+def test_a_drive_whose_ringing_outlasts_its_step_limit_ends_at_once_and_names_it():
+    """Of its friction nothing is missing, and no length within the limit would show the regime."""
+    drive = Drive.from_si(stage_velocity=2e-3, damping_ratio=1e-5, samples=1)
+    motion, friction = measure_motion(RECORD, PLATEAU, drive)
+    assert count_sticks(motion, drive).regime is None
+    assert friction.outcome.ok
+    assert motion.steps < 0.05 * drive.step_limit
+
+
 @pytest.mark.parametrize(("velocity", "duration", "regime"), [(0.02, 300.0, "stick_slip"), (2.0, 60.0, "slides")])
 def test_the_integrator_sticks_and_slips_when_slow_and_slides_when_fast(velocity, duration, regime):
     """Stick-slip dies with speed."""

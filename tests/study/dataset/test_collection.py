@@ -83,7 +83,7 @@ def test_no_number_of_a_result_is_lost(small):
     plan, store, _ = small
     # Of parameters; zero at initial contact; spring_force_amplitude where it means something; for drives over the record.
     known_apart = {"normal_load", "spacing", "node_area", "presliding_length"}
-    known_apart |= {"displacement", "spring_force_range", "forgotten"}
+    known_apart |= {"displacement", "spring_force_range", "forgotten_from"}
     known_apart |= {
         f"plateau_{name}" for name in ("first_event", "last_event", "peak", "drift", "event_drift", "stress_drift")
     }
