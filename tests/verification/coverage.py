@@ -1,16 +1,18 @@
 """Share of numbers whose ± holds, in fresh cases from all over the map, against long records of other starts.
 
 `python -m tests.verification.coverage [CASES] [FIRST]` measures and writes the table, tests/verification/coverage.csv, of so
-many cases that slide and as many paths; a case takes some seconds, and is left out where a record would take more than MOST
-events. A campaign of eight members with default limits is compared with one of other members, whose records slide over several
-node spacings, so that what all short records have in common shows, too. A path has no other length: it is compared with more
-starts.
+many cases from all over the map that slide, as many paths, and as many rows of nodes that are pulled slowly: most stick and slip.
+A case takes some seconds, and is left out where a record would take more than MOST events. A campaign of eight members is judged
+by one of other members, whose records slide over several node spacings, so that what all short records have in common shows,
+too. A path has no other length: it is compared with more starts.
 """
 
+import itertools
 import math
 import sys
-from collections import defaultdict
+from collections import defaultdict, deque
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal, NamedTuple, get_args
@@ -24,9 +26,11 @@ from nanoslip.solver.sliding.validity import DOUBTFUL
 from nanoslip.study.manifest.cases import make_campaign
 from nanoslip.study.measured.columns import rows_as_csv
 from nanoslip.study.tasks.kind import KINDS, result_quantities
-from tests.written_tables import show
 
 Sort = Literal["plane strain", "three dimensions", "path"]
+Draw = Literal["sliding", "path", "slow"]
+"""What a case counts as: one from all over the map that slides or goes back and forth, or a slow drive."""
+PROCESSES: Final = 2
 MEMBERS: Final = 8
 OF_PATHS: Final = 24
 """Members that a path is compared with."""
@@ -34,8 +38,24 @@ SPACINGS: Final = (4.0, 2.2)
 """Node spacings of a long record, the first that takes fewer than MOST events."""
 MOST: Final = 150_000
 """Events of a long record: more take too long, and the case is left out. A ball of 90 nodes has 60,000 in a node spacing."""
+MOST_SLOW: Final = 30_000
+"""Events up to two node spacings of a record with a slow drive, where the default is 20,000: of shorter ones no ± is stated. More
+are left out."""
 OTHERS: Final = 1.0 + 1e-9
 """Factor of the radius of the same case with other starts, which follow from it."""
+
+
+class Pace(NamedTuple):
+    """A law of draws for drives: stage velocities, and how many ask for the critical velocity."""
+
+    slowest: float
+    fastest: float
+    """In F/√(km), the velocity at which a pin swings by all of its friction force."""
+    asking: float
+
+
+PACES: Final = {False: Pace(0.01, 1.0, 0.2), True: Pace(0.001, 0.03, 1.0)}
+"""By whether a drive is slow: critical velocities of 16 cases are 0.0007 to 0.08 F/√(km), half of them above 0.028."""
 
 
 class Scene(NamedTuple):
@@ -46,13 +66,16 @@ class Scene(NamedTuple):
     drive: Mapping[str, Any]
 
 
-def drawn(seed: int) -> Scene:
+def drawn(seed: int, is_slow: bool = False) -> Scene:
     """A case from all over the map, with a drive unless its pin goes back and forth.
 
     Schemes, layers 0.05 to 1, ν up to 0.5, slip rules, spreads, 7 to 24 nodes across, on a plane 20 to 90, μ_i 0.05 to 1.
+    is_slow: a row of nodes with a slow drive, over a record that is long enough for its ±.
     """
-    rng = np.random.default_rng([2032, seed])
-    sort: Sort = str(rng.choice(get_args(Sort), p=(0.6, 0.2, 0.2)))  # type: ignore[assignment]
+    # A last word of 0 leaves a generator as it is without.
+    rng = np.random.default_rng([2032, seed, is_slow])
+    shares = (1.0, 0.0, 0.0) if is_slow else (0.6, 0.2, 0.2)
+    sort: Sort = str(rng.choice(get_args(Sort), p=shares))  # type: ignore[assignment]
     schemes = {
         "plane strain": ("galerkin", "biquadratic", "half_plane", "strip", "strip"),
         "three dimensions": ("half_space", "layer"),
@@ -61,7 +84,7 @@ def drawn(seed: int) -> Scene:
     scheme = str(rng.choice(schemes[sort]))
     planar, grid = scheme in ("half_space", "layer"), scheme in ("galerkin", "biquadratic")
     poisson = float(rng.uniform(0.0, 0.38 if grid else 0.5))
-    n_x = int(rng.choice((17, 25) if planar else (33, 33, 65)))
+    n_x = int(rng.choice((17, 25) if planar else (33, 33, 33 if is_slow else 65)))
     load = 10.0 ** rng.uniform(-3.0, -1.8)
     across = rng.uniform(5.0, 11.0) if planar else math.exp(rng.uniform(math.log(7.0), math.log(24.0)))
     half_width = min(0.5 * across / (n_x - 1), 0.35)
@@ -82,14 +105,15 @@ def drawn(seed: int) -> Scene:
         case["aspect_ratio"] = math.exp(rng.uniform(math.log(0.2 if planar else 0.05), 0.0))
     if sort == "path":
         return Scene(sort, {**case, "amplitude": math.exp(rng.uniform(math.log(0.2), math.log(3.0))), "cycles": 4}, {})
-    return Scene(sort, case, _driven(rng, case))
+    drive = _driven(rng, case, PACES[is_slow])
+    return Scene(sort, {**case, "spacing_events": MOST_SLOW} if is_slow else case, drive)
 
 
-def _driven(rng: np.random.Generator, case: Mapping[str, Any]) -> dict[str, Any]:
-    """A drive in SI from soft to stiff, slow to fast; half of them have a duration, a fifth ask for the critical velocity."""
+def _driven(rng: np.random.Generator, case: Mapping[str, Any], pace: Pace) -> dict[str, Any]:
+    """A drive in SI from soft to stiff at a pace; half of them have a duration."""
     units, spring = Scales().units(0.5), 10.0 ** rng.uniform(-2.7, -1.3)
     force = case["intrinsic_friction"] * case["normal_load"]
-    velocity = math.exp(rng.uniform(math.log(0.01), 0.0)) * force / math.sqrt(spring)
+    velocity = math.exp(rng.uniform(math.log(pace.slowest), math.log(pace.fastest))) * force / math.sqrt(spring)
     drive = {
         "spring_stiffness": spring * units["stiffness"],
         "pin_mass": 0.5,
@@ -98,7 +122,7 @@ def _driven(rng: np.random.Generator, case: Mapping[str, Any]) -> dict[str, Any]
     if rng.random() < 0.5:
         periods = 20.0 * 2.0 * math.pi / math.sqrt(spring)
         drive["duration"] = (3.0 * force / (spring * velocity) + periods) * units["time"]
-    return {**drive, "critical": "true"} if rng.random() < 0.2 else drive
+    return {**drive, "critical": "true"} if rng.random() < pace.asking else drive
 
 
 def computed(scene: Scene, **changed: Any) -> xr.Dataset:
@@ -143,9 +167,9 @@ def numbers_of(found: xr.Dataset) -> list[str]:
     return list(dict.fromkeys(each.name for each in stated if each.uncertainty in found))
 
 
-def verdicts(number: int, most: float = MOST) -> Iterator[Verdict]:
+def verdicts(number: int, most: float = MOST, is_slow: bool = False) -> Iterator[Verdict]:
     """Each number of the case of this number, and how far it is from that of other starts' long records of so many events."""
-    scene = drawn(number)
+    scene = drawn(number, is_slow)
     found = computed(scene)
     if found["outcome"].item() != "completed":
         return
@@ -207,17 +231,40 @@ def coverage(times: np.ndarray) -> tuple[float, float]:
     return (float(np.mean(stated <= 1.0)), float(np.mean(stated <= 2.0))) if len(stated) else (math.nan, math.nan)
 
 
+def draws(first: int, taken: Mapping[Draw, int], wanted: int) -> Iterator[tuple[Draw, int]]:
+    """Cases from a number on, by turns of each kind of draw of which fewer than `wanted` are taken yet."""
+    streams: dict[Draw, Iterator[int]] = {
+        "sliding": (number for number in itertools.count(first) if drawn(number).sort != "path"),
+        "path": (number for number in itertools.count(first) if drawn(number).sort == "path"),
+        "slow": itertools.count(first),
+    }
+    while min(taken.values()) < wanted:
+        for draw, numbers in streams.items():
+            if taken[draw] < wanted:
+                yield draw, next(numbers)
+
+
+def judge(draw: Draw, number: int) -> list[Verdict]:
+    """Verdicts of a case; none where it is left out."""
+    return list(verdicts(number, MOST_SLOW, is_slow=True) if draw == "slow" else verdicts(number))
+
+
+def measure(wanted: int, first: int, path: Path) -> None:
+    """Write the table of so many cases of each kind of draw; an interrupted run leaves that of the cases before."""
+    found, taken = list[Verdict](), dict.fromkeys(get_args(Draw), 0)
+    with ProcessPoolExecutor(PROCESSES) as pool:
+        ahead = ((draw, number, pool.submit(judge, draw, number)) for draw, number in draws(first, taken, wanted))
+        running = deque(itertools.islice(ahead, 2 * PROCESSES))
+        while running:
+            draw, number, judged = running.popleft()
+            new = judged.result()
+            found += new
+            taken[draw] += bool(new)
+            path.write_text(rows_as_csv(table(found)), "utf-8")
+            print(f"case {number}, {draw}: {taken[draw] if new else 'left out'}", file=sys.stderr, flush=True)
+            running.extend(itertools.islice(ahead, 1))
+
+
 if __name__ == "__main__":
     wanted, number = (int(given) for given in (*sys.argv[1:], *("60", "0")[len(sys.argv) - 1 :]))
-    found, taken, path = list[Verdict](), {True: 0, False: 0}, Path(__file__).with_suffix(".csv")
-    while min(taken.values()) < wanted:
-        goes_back = drawn(number).sort == "path"
-        if taken[goes_back] < wanted:
-            new = list(verdicts(number))
-            taken[goes_back] += bool(new)
-            found += new
-            path.write_text(rows_as_csv(table(found)), "utf-8")  # an interrupted run leaves what it has
-            left = taken[goes_back] if new else "left out"
-            print(f"case {number}, {drawn(number).sort}: {left}", file=sys.stderr, flush=True)
-        number += 1
-    show(table(found))
+    measure(wanted, number, Path(__file__).with_suffix(".csv"))
