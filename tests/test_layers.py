@@ -211,7 +211,7 @@ APART = {
     "files of users": """measured.columns measured.columns._cells measured.columns._split_labels measured.columns._title
         measured.columns.read_cells measured.columns.read_columns manifest.surface manifest.checker.NamedFiles.source
         manifest.observables manifest.observables.explain_docstring tasks.functions tasks.functions._imported_modules""",
-    "files of this program, their names and hashes": """dataset.file dataset.table.author_coordinates
+    "files of this program, their names and hashes": """dataset.file
         dataset.texts dataset.texts.decode_texts dataset.texts.encode_texts manifest.checker.NamedFiles.read
         results.entry results.entry.later
         results.files results.files.read_lines results.store run.journal.long_task_keys toml_text._key""",

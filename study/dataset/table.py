@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.dataset.units import is_given_in_si, read_scales
+from nanoslip.study.dataset.units import TABLE, is_given_in_si, read_scales, table_columns
 from nanoslip.study.dataset.variables import (
     OUTCOMES,
     member_counts,
@@ -277,12 +277,8 @@ def _typed_values(part: xr.Dataset, name: str) -> list[Any]:
 def author_coordinates(root: xr.Dataset) -> list[str]:
     """Coordinates along a list of cases that its author lists, in a table or as axes; all parameters if none is listed."""
     along = [str(name) for name, coordinate in root.coords.items() if coordinate.dims == (CASE,)]
-    table = str(root.attrs.get("manifest_table", ""))
-    if table:
-        header = table.splitlines()[0]
-        words = [word.strip() for word in header.split(",")]
-    else:
-        words = list(_manifest(root).get("axes", ()))
+    table = table_columns(str(root.attrs.get(TABLE, "")))
+    words = list(table or _manifest(root).get("axes", ()))
     listed = _coordinate_names(words)
     return [name for name in along if name in (listed or parameters())]
 
@@ -291,7 +287,7 @@ def axes_in_step(root: xr.Dataset) -> list[str]:
     """The axes of a list of cases whose values vary together (all first values, then all second values); empty for a
     table."""
     manifest = _manifest(root)
-    together = manifest.get("design") == "zip" and not root.attrs.get("manifest_table")
+    together = manifest.get("design") == "zip" and not root.attrs.get(TABLE)
     return _coordinate_names(manifest.get("axes", ())) if together else []
 
 

@@ -27,6 +27,7 @@ from nanoslip.study.dataset.variables import (
     variables_by_name,
 )
 from nanoslip.study.manifest.parameters import Value, as_written, axis_unit, compact, has_unit, names_by_word, si_text
+from nanoslip.study.measured.columns import read_cells
 from nanoslip.study.toml_text import from_toml
 
 
@@ -47,15 +48,30 @@ _SIZES: Final = ("slab_width", "force")
 
 def is_given_in_si(dataset: xr.Dataset) -> bool:
     """True if a dataset states its scales, and its campaign gives a length or force of its cases with a unit."""
-    text = str(dataset.attrs.get("manifest", ""))
-    return read_scales(dataset.attrs) is not None and _gives_sizes(text)
+    text, table = (str(dataset.attrs.get(name, "")) for name in ("manifest", TABLE))
+    return read_scales(dataset.attrs) is not None and _gives_sizes(text, table)
+
+
+TABLE: Final = "manifest_table"
+"""Attribute with the text of a campaign's CSV table of cases."""
+
+
+def table_columns(text: str) -> dict[str, list[str]]:
+    """Columns of a CSV table of cases as its author wrote them: word of a parameter -> a cell for each case; none of no text."""
+    rows = [[cell.strip() for cell in cells] for _, cells in read_cells(text)]
+    if not rows:
+        return {}
+    header, *cases = rows
+    columns = zip(*cases, strict=True)
+    return {word: list(column) for word, column in zip(header, columns, strict=True)}
 
 
 # Kept, as every number of a table asks for it.
 @lru_cache(maxsize=64)
-def _gives_sizes(text: str) -> bool:
-    tables = [table for name, table in from_toml(text).items() if name not in _APART]
-    entries = [entry for table in tables if isinstance(table, dict) for entry in table.items()]
+def _gives_sizes(text: str, table: str) -> bool:
+    tables = [part for name, part in from_toml(text).items() if name not in _APART]
+    tables.append(table_columns(table))
+    entries = [entry for part in tables if isinstance(part, dict) for entry in part.items()]
     words, stated = names_by_word(), parameters_of_a_case()
     for word, value in entries:
         parameter = stated.get(words.get(word) or word)

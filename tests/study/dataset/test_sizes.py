@@ -1,5 +1,6 @@
 """A campaign in N and mm is answered in such units, one without units in units of its scales; both hold the same numbers."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 import xarray as xr
 
 import nanoslip
+from nanoslip.study.dataset.table import author_coordinates
 from nanoslip.study.dataset.units import is_given_in_si
 from nanoslip.study.figures.answer import view_named
 from nanoslip.study.figures.points import read_points
@@ -69,3 +71,17 @@ def test_a_campaign_without_units_stays_as_it_is(ball: xr.Dataset) -> None:
     np.testing.assert_allclose(bare["contact_half_width"], ball["contact_half_width"])
     assert {"a/L_x"} <= set(scalar_table(bare).header)
     assert set(view_named(bare, "a", "", "", {}).columns()) >= {"normal_load", "contact_half_width"}
+
+
+@pytest.mark.parametrize(
+    "table", ["normal_load, radius\n0.3 N, 5 mm\n0.5 N, 5 mm\n", "radius; normal_load\n5 mm; 0.3 N\n5 mm; 0.5 N\n"]
+)
+def test_units_in_a_table_of_cases_count_as_those_of_axes(ball: xr.Dataset, tmp_path: Path, table: str) -> None:
+    (tmp_path / "cases.csv").write_text(table, "utf-8")
+    content = {**IN_SI, "table": str(tmp_path / "cases.csv"), "constants": {"poisson": 0.49}}
+    del content["axes"]
+    listed = nanoslip.run(content)
+    assert is_given_in_si(listed)
+    assert set(author_coordinates(listed)) == {"radius", "normal_load"}
+    assert {"W (mN)", "a (μm)"} <= set(scalar_table(ball).header) & set(scalar_table(listed).header)
+    assert listed.nanoslip.sel(normal_load="0.5 N")["case"].item() == 1
