@@ -96,3 +96,9 @@ def test_a_case_is_tried_without_what_draws(environment):
     program = "from nanoslip.study.commands.cli import cli\n"
     program += "cli.main(['try', 'n_x=17', 'radius=50', 'events=3'], standalone_mode=False)"
     assert loaded(program, ("matplotlib", "jinja2"), environment) == []
+
+
+def test_figures_are_listed_without_the_statistics_that_their_tables_need(environment):
+    """They cost as much time as everything else that the scripts beside the campaigns load."""
+    program = "from nanoslip.study.commands.cli import cli\ncli.main(['figure'], standalone_mode=False)"
+    assert loaded(program, ("scipy.stats", "scipy.signal", "scipy.optimize"), environment) == []

@@ -7,10 +7,10 @@ from typing import Any, Final
 
 import numpy as np
 import paper
+import scipy
 import xarray as xr
 from matplotlib.figure import Figure
 from scene import velocity_of
-from scipy import stats
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
@@ -128,7 +128,7 @@ def effective_number(samples: Floats) -> float:
     varied = whole[:, np.ptp(whole, axis=0) > 0.0] if len(whole) > 1 else whole[:, :0]
     if not varied.shape[1]:
         return float("nan")
-    correlation = np.atleast_2d(np.corrcoef(stats.rankdata(varied, axis=0), rowvar=False))
+    correlation = np.atleast_2d(np.corrcoef(scipy.stats.rankdata(varied, axis=0), rowvar=False))
     return float(len(correlation) ** 2 / np.sum(correlation**2))
 
 

@@ -6,10 +6,10 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
+import scipy
 import xarray as xr
 from drive import damper_force
 from matplotlib.figure import Figure
-from scipy import signal, stats
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.view import with_error
@@ -64,8 +64,8 @@ def slope_of_kinetic(groups: tuple[Starts, ...]) -> tuple[float, float]:
     """Slope of μ_k over plateau F/W, all starts together, and half of its 95 % confidence interval."""
     kinetic = np.concatenate([group.kinetic for group in groups])
     plateau = np.concatenate([group.plateau for group in groups])
-    fit = stats.linregress(plateau, kinetic)
-    return float(fit.slope), float(stats.t.ppf(0.975, len(kinetic) - 2) * fit.stderr)
+    fit = scipy.stats.linregress(plateau, kinetic)
+    return float(fit.slope), float(scipy.stats.t.ppf(0.975, len(kinetic) - 2) * fit.stderr)
 
 
 def draw_findings(dataset: xr.Dataset) -> Figure:
@@ -155,9 +155,7 @@ def claims_of_static(dataset: xr.Dataset) -> Iterator[Claim]:
     for group in all_starts(dataset):
         share = group.static / group.intrinsic_friction
         found = start_statistics(share)
-        remark = (
-            f"μ_s/μ_k = {float(np.mean(group.static / group.kinetic)):.4g}, skewness {float(stats.skew(share)):.2g}"
-        )
+        remark = f"μ_s/μ_k = {float(np.mean(group.static / group.kinetic)):.4g}, skewness {float(scipy.stats.skew(share)):.2g}"
         yield Claim(f"μ_s/μ_i at μ_i = {group.intrinsic_friction:g}", "", found, f"{remark}, {len(share)} starts")
 
 
@@ -185,7 +183,7 @@ def halving_frequency(x: Floats, force: Floats) -> float:
     """Frequency, in cycles per unit of x, above which half of a force's variance lies; its line is taken off before."""
     at = np.linspace(x[0], x[-1], SAMPLES)
     values = np.interp(at, x, force)
-    power = np.abs(np.fft.rfft(signal.detrend(values))) ** 2
+    power = np.abs(np.fft.rfft(scipy.signal.detrend(values))) ** 2
     above = np.cumsum(power[::-1])[::-1] / power.sum()
     return float(np.count_nonzero(above > 0.5) - 1) / float(x[-1] - x[0])
 

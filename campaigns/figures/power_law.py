@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy import optimize, stats
+import scipy
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.view import with_error
@@ -28,11 +28,11 @@ class PowerLaw:
     @property
     def exponent_interval(self) -> float:
         """Half of the 95 % confidence interval of the exponent."""
-        return float(stats.t.ppf(0.975, self.freedom)) * self.exponent_error
+        return float(scipy.stats.t.ppf(0.975, self.freedom)) * self.exponent_error
 
     def confidence_of_fall(self) -> float:
         """Confidence that the exponent is negative, of one side: 0.5 where it is 0 ± anything."""
-        return float(stats.t.cdf(-self.exponent / self.exponent_error, self.freedom))
+        return float(scipy.stats.t.cdf(-self.exponent / self.exponent_error, self.freedom))
 
     def at(self, x: Floats) -> Floats:
         """The law's y (any shape)."""
@@ -70,7 +70,7 @@ def _misfit(x: Floats, y: Floats, variances: Floats) -> float:
 
     most = float(np.sum(_left(x, y, np.ones_like(x)) ** 2)) / freedom + _ROUNDING
     least = 1e-9 * most
-    return float(optimize.brentq(excess, least, 2.0 * most, rtol=1e-12)) if excess(least) > 0.0 else least
+    return float(scipy.optimize.brentq(excess, least, 2.0 * most, rtol=1e-12)) if excess(least) > 0.0 else least
 
 
 def _line(x: Floats, y: Floats, weights: Floats) -> tuple[float, float]:
