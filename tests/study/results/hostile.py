@@ -88,7 +88,13 @@ def read_group(source: Any) -> Group:
 
 
 def write_group(group: Group, target: Any) -> None:
-    """Store a group."""
+    """Store a group. Values come last, as netCDF writes all definitions anew for each one that follows a value."""
+    for made, values in list(define_group(group, target)):
+        made[...] = values
+
+
+def define_group(group: Group, target: Any) -> Iterator[tuple[Any, Any]]:
+    """Define a group and those in it; each variable with the values that it is to have."""
     for name, length in group.dims.items():
         target.createDimension(name, length)
     target.setncatts(group.attributes)
@@ -100,9 +106,9 @@ def write_group(group: Group, target: Any) -> None:
         made.set_auto_maskandscale(False)
         made.set_auto_chartostring(False)
         made.setncatts(attributes)
-        made[...] = values.astype(object) if kind is str else values
+        yield made, values.astype(object) if kind is str else values
     for name, inner in group.groups.items():
-        write_group(inner, target.createGroup(name))
+        yield from define_group(inner, target.createGroup(name))
 
 
 Edit = Callable[[Group, random.Random], str]
