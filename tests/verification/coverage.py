@@ -1,18 +1,19 @@
 """Share of numbers whose ± holds, in fresh cases from all over the map, against long records of other starts.
 
-`python -m tests.verification.coverage [CASES] [FIRST]` measures and writes the table, tests/verification/coverage.csv, of so
-many cases from all over the map that slide, as many paths, and as many rows of nodes that are pulled slowly: most stick and slip.
+`python -m tests.verification.coverage [DRAW] [CASES] [FIRST]` measures and writes the table, tests/verification/coverage.csv, or
+its rows of one kind of draw, of so many cases: from all over the map that slide, or go back and forth (`path`), and rows of nodes
+that are pulled slowly (`slow`): most stick and slip.
 A case takes some seconds, and is left out where a record would take more than MOST events. A campaign of eight members is judged
 by one of other members, whose records slide over several node spacings, so that what all short records have in common shows,
 too. A path has no other length: it is compared with more starts.
 """
 
+import csv
 import itertools
 import math
 import sys
-from collections import defaultdict, deque
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal, NamedTuple, get_args
@@ -30,7 +31,6 @@ from nanoslip.study.tasks.kind import KINDS, result_quantities
 Sort = Literal["plane strain", "three dimensions", "path"]
 Draw = Literal["sliding", "path", "slow"]
 """What a case counts as: one from all over the map that slides or goes back and forth, or a slow drive."""
-PROCESSES: Final = 2
 MEMBERS: Final = 8
 OF_PATHS: Final = 24
 """Members that a path is compared with."""
@@ -231,40 +231,38 @@ def coverage(times: np.ndarray) -> tuple[float, float]:
     return (float(np.mean(stated <= 1.0)), float(np.mean(stated <= 2.0))) if len(stated) else (math.nan, math.nan)
 
 
-def draws(first: int, taken: Mapping[Draw, int], wanted: int) -> Iterator[tuple[Draw, int]]:
-    """Cases from a number on, by turns of each kind of draw of which fewer than `wanted` are taken yet."""
-    streams: dict[Draw, Iterator[int]] = {
-        "sliding": (number for number in itertools.count(first) if drawn(number).sort != "path"),
-        "path": (number for number in itertools.count(first) if drawn(number).sort == "path"),
-        "slow": itertools.count(first),
-    }
-    while min(taken.values()) < wanted:
-        for draw, numbers in streams.items():
-            if taken[draw] < wanted:
-                yield draw, next(numbers)
+def numbers(draw: Draw, first: int) -> Iterator[int]:
+    """Numbers of the cases of one kind of draw, from a number on."""
+    everything = itertools.count(first)
+    if draw == "slow":
+        return everything
+    return (number for number in everything if (drawn(number).sort == "path") == (draw == "path"))
 
 
-def judge(draw: Draw, number: int) -> list[Verdict]:
-    """Verdicts of a case; none where it is left out."""
-    return list(verdicts(number, MOST_SLOW, is_slow=True) if draw == "slow" else verdicts(number))
+def measure(draw: Draw, wanted: int, first: int, path: Path) -> None:
+    """Write the rows of so many cases of one kind of draw; an interrupted run leaves those of the cases before."""
+    found, taken, is_slow = list[Verdict](), 0, draw == "slow"
+    for number in numbers(draw, first):
+        new = list(verdicts(number, MOST_SLOW if is_slow else MOST, is_slow))
+        found += new
+        taken += bool(new)
+        replace_rows(path, draw, found)
+        print(f"case {number}, {draw}: {taken if new else 'left out'}", file=sys.stderr, flush=True)
+        if taken == wanted:
+            return
 
 
-def measure(wanted: int, first: int, path: Path) -> None:
-    """Write the table of so many cases of each kind of draw; an interrupted run leaves that of the cases before."""
-    found, taken = list[Verdict](), dict.fromkeys(get_args(Draw), 0)
-    with ProcessPoolExecutor(PROCESSES) as pool:
-        ahead = ((draw, number, pool.submit(judge, draw, number)) for draw, number in draws(first, taken, wanted))
-        running = deque(itertools.islice(ahead, 2 * PROCESSES))
-        while running:
-            draw, number, judged = running.popleft()
-            new = judged.result()
-            found += new
-            taken[draw] += bool(new)
-            path.write_text(rows_as_csv(table(found)), "utf-8")
-            print(f"case {number}, {draw}: {taken[draw] if new else 'left out'}", file=sys.stderr, flush=True)
-            running.extend(itertools.islice(ahead, 1))
+def replace_rows(path: Path, draw: Draw, found: Sequence[Verdict]) -> None:
+    """Write the rows of one kind of draw into a table in place of its earlier ones; two processes may measure two kinds."""
+    header, *rows = table(found)
+    written = path.read_text("utf-8").splitlines()[1:]
+    tables = {each: [row for row in csv.reader(written) if row[0] == each] for each in get_args(Draw)}
+    tables[draw] = [[draw, *map(str, row)] for row in rows]
+    every = itertools.chain(*tables.values())
+    path.write_text(rows_as_csv([["draw", *header], *every]), "utf-8")
 
 
 if __name__ == "__main__":
-    wanted, number = (int(given) for given in (*sys.argv[1:], *("60", "0")[len(sys.argv) - 1 :]))
-    measure(wanted, number, Path(__file__).with_suffix(".csv"))
+    draw, wanted, number = (*sys.argv[1:], *("", "60", "0")[len(sys.argv) - 1 :])
+    for each in (draw,) if draw else get_args(Draw):
+        measure(each, int(wanted), int(number), Path(__file__).with_suffix(".csv"))
