@@ -98,6 +98,11 @@ class SharedStarts:
         shares = np.bincount(self.sets) / len(self.sets)
         return 1.0 - self.share * float(np.sum(shares**2))
 
+    def common_part(self, errors: Floats) -> Floats:
+        """The part of each ± (n,) that it has in common with others: none of a case that is alone in its set."""
+        is_alone = np.bincount(self.sets)[self.sets] == 1
+        return np.where(is_alone, 0.0, math.sqrt(self.share) * errors)
+
     def draw(self, errors: Floats, random: np.random.Generator) -> Floats:
         """Draw errors of these standard deviations (n,)."""
         chance = math.sqrt(1.0 - self.share) * random.standard_normal(len(self.sets))
@@ -215,10 +220,7 @@ def indices(
         return replace(answer, first=first, total=total, scatter=0.0, predictivity=1.0, complete=True)
     places = [axis.places(columns[axis.name]) for axis in axes]
     try:
-        # A draw of each of several sets cannot be told from the dependence on what decides them: only one of all cases can be.
-        is_one_set = starts.share > 0.0 and not starts.sets.any()
-        common = math.sqrt(starts.share) * errors if is_one_set else None
-        surrogate = regress(np.hstack(places), values, errors, most, common)
+        surrogate = regress(np.hstack(places), values, errors, most, starts.common_part(errors), starts.sets)
     except TooFewError as error:
         return replace(answer, unknown=str(error))
     scatter = (surrogate.scatter / surrogate.scale) ** 2
@@ -555,12 +557,9 @@ def caution(answer: Sensitivity) -> str:
 
 def _shared_part(answer: Sensitivity) -> str:
     """The part of each ± that cases of equal starts share, and how it counts."""
-    independent = "counts as independent, so indices of what decides the starts may be less sure"
     if math.isnan(answer.common):
-        return f"each ± {independent}"
-    part = f"by their members {100.0 * answer.common:.2g} % of the variance of each ± is the same draw in a set, and"
-    counts_so = answer.complete or answer.starts == 1 or not answer.common
-    return f"{part} {'counts so' if counts_so else independent}"
+        return "each ± counts as independent, so indices of what decides the starts may be less sure"
+    return f"by their members {100.0 * answer.common:.2g} % of the variance of each ± is the same draw in a set, and counts so"
 
 
 LEAST_SCATTER: Final = 1e-3

@@ -83,7 +83,9 @@ class Surrogate:
     noise: Floats
     """(n,) variance of each beside the smooth dependence, independent of all others: of its ± and of the scatter; scaled."""
     common: Floats
-    """(n,) error of each that is the same draw in all of them, scaled."""
+    """(n,) error of each that is the same draw in all of its set, scaled."""
+    sets: NDArray[np.int_]
+    """(n,) number of each value's set, from 0."""
     kernel: Covariance
     lengths: Floats
     amplitude: float
@@ -154,9 +156,10 @@ class Surrogate:
 
         deviations = np.sqrt(self.noise)
         errors = draw.standard_normal((len(self.x), count)) * deviations[:, None]
-        # One draw for all values of a function: what members share moves all of them together.
+        # One draw for all values of a set: what members share moves all of them together.
         if self.common.any():
-            errors += self.common[:, None] * draw.standard_normal(count)
+            of_sets = draw.standard_normal((self.sets.max() + 1, count))
+            errors += self.common[:, None] * of_sets[self.sets]
         # Matheron's rule: f + k K⁻¹ (y - f - ε) is a draw of the function given the values.
         missed = self.residual[:, None] - before(self.x) - errors
         bend = scipy.linalg.cho_solve(self.factor, missed)
@@ -175,11 +178,17 @@ class Surrogate:
 
 
 def regress(
-    x: Floats, y: Floats, errors: Floats, most: int = MOST_REGRESSED, common: Floats | None = None
+    x: Floats,
+    y: Floats,
+    errors: Floats,
+    most: int = MOST_REGRESSED,
+    common: Floats | None = None,
+    sets: NDArray[np.int_] | None = None,
 ) -> Surrogate:
     """Regress values y (n,) at points x (n, d) in the unit cube. errors: the ± of each, NaN if unknown (in the scatter).
 
-    common: the part of each ± that is the same draw in all values, as that of members that come down at the same places.
+    common: the part of each ± that is one draw for all values of a set, as that of members that come down at the same places.
+    sets: (n,) number of each value's set, from 0; None: all are of one set.
     NaN values are ignored; of more than `most` values, `most` are chosen evenly. Raises TooFewError.
     """
     count = len(y)
@@ -190,6 +199,7 @@ def regress(
     x, y = x[chosen], y[chosen]
     if not y.std() > ALIKE * np.abs(y).max():
         raise TooFewError(f"all {len(y)} values are the same: no parameter that varies changes them")
+    sets = np.zeros(len(y), int) if sets is None else sets[chosen]
     shared = np.zeros(len(y)) if common is None else _share(common[chosen], errors[chosen])
     errors = _smooth_errors(x, errors[chosen])
     together = shared * errors
@@ -200,9 +210,13 @@ def regress(
     errors = np.minimum(errors, largest) / scale
     together = np.minimum(together, largest) / scale
     stated_squares = errors**2 - together**2
-    stated = np.diag(stated_squares) + np.outer(together, together)
+    of_one_set = sets[:, None] == sets
+    stated = np.diag(stated_squares) + of_one_set * np.outer(together, together)
     some = _pick_evenly(len(y), MOST_LEARNT)
-    kernel, likeliest = _likeliest(x[some], residual[some], stated[np.ix_(some, some)])
+    # Of two explanations of an effect that is additive in what decides the sets, offsets of sets are likelier than a covariance
+    # that is a product over parameters, even where they are five times their ±: lengths are learnt as if errors were independent.
+    learnt = stated if of_one_set.all() else np.diag(errors**2)
+    kernel, likeliest = _likeliest(x[some], residual[some], learnt[np.ix_(some, some)])
     lengths, (amplitude, scatter) = likeliest[:-2], likeliest[-2:].tolist()
     unexplained = scatter + JITTER * amplitude
     distance = scipy.spatial.distance.cdist(x / lengths, x / lengths)
@@ -232,6 +246,7 @@ def regress(
         residual,
         stated_squares + unexplained,
         together,
+        sets,
         kernel,
         lengths,
         amplitude,

@@ -38,9 +38,8 @@ SPACINGS: Final = (4.0, 2.2)
 """Node spacings of a long record, the first that takes fewer than MOST events."""
 MOST: Final = 150_000
 """Events of a long record: more take too long, and the case is left out. A ball of 90 nodes has 60,000 in a node spacing."""
-MOST_SLOW: Final = 30_000
-"""Events up to two node spacings of a record with a slow drive, where the default is 20,000: of shorter ones no ± is stated. More
-are left out."""
+MOST_SLOW: Final = 12_000
+"""Events of records with a slow drive, two node spacings or longer: of shorter ones no ± is stated, and more take too long."""
 OTHERS: Final = 1.0 + 1e-9
 """Factor of the radius of the same case with other starts, which follow from it."""
 

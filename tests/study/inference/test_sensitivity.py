@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -63,6 +64,11 @@ def held(found: Sensitivity, truth: Floats) -> float:
     """Share of the intervals that hold the truth."""
     _, low, high = np.array([found.first, found.total]).transpose(2, 0, 1)
     return float(np.mean((low <= truth) & (truth <= high)))
+
+
+def held_of(found: Sensitivity, axis: int, truth: Floats) -> float:
+    """Share of the intervals of an axis that hold the truth."""
+    return held(replace(found, first=found.first[[axis]], total=found.total[[axis]]), truth[:, None])
 
 
 @pytest.mark.slow
@@ -332,6 +338,29 @@ def test_errors_that_a_set_of_starts_shares_are_those_of_sets(share):
         held_without.append(held(indices("y", columns, values, errors), exact))
     assert np.mean(held_with) > 0.8
     assert np.mean(held_without) < np.mean(held_with) - 0.1
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5])
+def test_errors_that_sets_share_are_those_of_sets_in_a_list_of_cases(share):
+    """Two of three cases of a table, 40 draws: intervals of the load, which decides the sets, hold its index in 73 to 80 %, in
+    40 to 51 % where each ± counts as independent.
+
+    Intervals of 95 % hold less, as the lengths that a process learns from four loads are themselves not known.
+    """
+    kept = np.arange(80) % 3 > 0
+    held_with, held_without = [], []
+    for columns, clean, values, starts in tables_of_loads(share, 20):
+        errors = np.full(len(clean), 0.15 * clean.std())
+        exact = middles(indices("y", columns, clean, np.zeros(len(clean))))[:, 2]
+        part = {name: column[kept] for name, column in columns.items()}
+        sets = SharedStarts(starts.sets[kept], share)
+        with_sets = indices("y", part, values[kept], errors[kept], starts=sets)
+        without = indices("y", part, values[kept], errors[kept])
+        assert not with_sets.complete
+        held_with.append(held_of(with_sets, 2, exact))
+        held_without.append(held_of(without, 2, exact))
+    assert np.mean(held_with) > 0.65
+    assert np.mean(held_without) < np.mean(held_with) - 0.2
 
 
 def test_a_draw_of_all_cases_is_no_variance_between_them():
