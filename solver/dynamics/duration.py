@@ -103,7 +103,7 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     forgets = grown + one_pass + rings
     # Twice the stretch on grown teeth: in its second half the ringing and the start are forgotten.
     duration = 2.0 * forgets - grown
-    if duration / one_pass * teeth > drive.step_limit:
+    if (duration - arrives) / one_pass * teeth > drive.step_limit:
         return True  # each tooth takes a segment
     begins = ramp + limit.period * np.arange(growing + 1)
     share = np.arange(1, growing + 2) / (growing + 1)
