@@ -28,6 +28,8 @@ STRIDE: Final = 2.0
 """Factor from one velocity down to the next. Narrower windows in which the pin sticks may be missed."""
 STRIDES: Final = 14
 """Strides down: a factor of 16,000."""
+PATIENCE: Final = 500_000
+"""Segments of a drive: next to the border, one of no certain regime counts as what it has been for so long."""
 RESOLUTION: Final = 1.02
 """Largest ratio of the ends of a bracket whose middle is the critical value."""
 
@@ -46,10 +48,9 @@ def critical_velocity(record: FrictionRecord, plateau: Plateau, drive: Drive) ->
             changed = replace(bare, stage_velocity=velocity)
         except InvalidInput:  # beyond the range of a drive
             return None
-        motion = replace(
-            measure_motion(record, plateau, changed)[0], forgotten_from=0.0
-        )  # its own regime, next to the border
-        regime = count_sticks(motion, changed).regime
+        motion, _ = measure_motion(record, plateau, changed, patience=PATIENCE)
+        its_own = replace(motion, forgotten_from=0.0)
+        regime = count_sticks(its_own, changed).regime
         return None if regime is None else regime in STICKING
 
     # Beyond critical damping there is no half period to decay in; the bound for 1 holds all the more.

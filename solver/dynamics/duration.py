@@ -36,14 +36,16 @@ FEWEST_SLIPS: Final = 8
 
 
 def measure_motion(
-    record: FrictionRecord, plateau: Plateau, drive: Drive, pull: Pull | None = None
+    record: FrictionRecord, plateau: Plateau, drive: Drive, pull: Pull | None = None, patience: int | None = None
 ) -> tuple[DynamicsResult, FrictionCoefficients]:
     """The motion of a drive over `record`, and its friction. pull: pulls the pin over the contact itself instead.
 
-    Raises NoPlateauError if the record has no steady part that could be continued.
+    patience: segments that a drive without a duration may take for its regime; None for its step_limit. Raises NoPlateauError if
+    the record has no steady part that could be continued.
     """
     limit = make_friction_limit(record, plateau, drive.profile)
-    may_slide = cache(lambda: _may_slide(limit, drive, record.initial_stiffness))
+    most = patience or drive.step_limit
+    may_slide = cache(lambda: _may_slide(limit, drive, record.initial_stiffness, most))
 
     def lasting(duration: float | None) -> tuple[DynamicsResult, FrictionCoefficients]:
         motion = integrate(limit, replace(drive, duration=duration), record.initial_stiffness, pull)
@@ -54,7 +56,7 @@ def measure_motion(
 
     last = lasting(drive.duration)
     longest = 2.0**DOUBLINGS * last[0].end_time
-    while drive.duration is None and (longer := _sufficient_duration(*last, drive)) <= longest:
+    while drive.duration is None and (longer := _sufficient_duration(*last, drive, most)) <= longest:
         measured = lasting(longer)
         if last[1].outcome.ok and not measured[1].outcome.ok:
             break  # what is known stays, where rounding or the step limit ends a longer one
@@ -85,8 +87,9 @@ def _end_by_far(result: DynamicsResult, drive: Drive, limit: FrictionLimit) -> b
     return excess_squared > 0.0 and not math.isnan(pin.first_stop(math.inf))
 
 
-def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> bool:
-    """False if a pin that slides steadily sticks on the repeated part of the limit; True if it slides on, or that costs too much.
+def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float, most: int) -> bool:
+    """False if a pin that slides steadily sticks on the repeated part of the limit; True if it slides on, or that takes more than
+    `most` segments.
 
     Before that part friction rises from 0 to its mean over so long a way that the pin is as fast as the stage, to 1 %. Then
     its teeth grow, pass by pass, while a ringing decays: teeth met at once swing the pin up to twice as far as they do later.
@@ -103,7 +106,7 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     forgets = grown + one_pass + rings
     # Twice the stretch on grown teeth: in its second half the ringing and the start are forgotten.
     duration = 2.0 * forgets - grown
-    if (duration - arrives) / one_pass * teeth > drive.step_limit:
+    if (duration - arrives) / one_pass * teeth > most:
         return True  # each tooth takes a segment
     begins = ramp + limit.period * np.arange(growing + 1)
     share = np.arange(1, growing + 2) / (growing + 1)
@@ -118,7 +121,7 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     forces = np.concatenate(([0.0], force.ravel()))
     slopes = np.concatenate(([rise], slope.ravel()))
     ramped = FrictionLimit(edges, forces, slopes, 1 + growing * teeth)
-    trial = replace(drive, duration=duration, integrator="exact", samples=1, max_slips=None)
+    trial = replace(drive, duration=duration, integrator="exact", samples=1, max_slips=None, step_limit=most)
     motion = integrate(ramped, trial, surface_stiffness)
     sticks = motion.restick_time[motion.restick_position > ramp]
     if not motion.outcome.ok or not len(sticks):
@@ -126,7 +129,7 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     return bool(sticks[-1] < forgets and np.isnan(motion.restick_time[-1]))
 
 
-def _sufficient_duration(motion: DynamicsResult, friction: FrictionCoefficients, drive: Drive) -> float:
+def _sufficient_duration(motion: DynamicsResult, friction: FrictionCoefficients, drive: Drive, patience: int) -> float:
     """Duration that a drive without one needs; infinite if a longer drive gives no more information about this
     motion.
 
@@ -143,6 +146,7 @@ def _sufficient_duration(motion: DynamicsResult, friction: FrictionCoefficients,
     needed, most = 2.0 * motion.end_time, drive.step_limit
     if motion.forgotten_from > motion.end_time:
         needed = max(needed, motion.forgotten_from)
+        most = patience if friction.outcome.ok else drive.step_limit
     elif friction.outcome.ok:
         # Friction and regime are known: it goes on for the amplitude alone.
         needed, most = 2.0 * max(motion.end_time, count.ringing), FORGETTING
