@@ -458,12 +458,12 @@ def test_the_set_holds_fifty_truths_of_a_number_whose_error_is_unknown(tmp_path:
     """
     (tmp_path / "mine.toml").write_text('design = "sobol"\n' + ONLY_SLIP + "[ensemble]\nmembers = 8\n")
     first = {"plateau_mean": (0.27, 0.0054), "mean_drop": (1.2e-3, 6e-5)}
-    found = nanoslip.fit(tmp_path / "mine.toml", first, points=64, jobs=2)
+    found = nanoslip.fit(tmp_path / "mine.toml", first, points=64)
     anywhere = ONLY_SLIP.replace("from = 0.1, to = 0.8", "from = 0.15, to = 0.75").replace("to = 0.8}", "to = 0.7}")
     anywhere = anywhere.replace("[constants]", "start = {from = 0.0, to = 0.999}\n[constants]")
     text = 'design = "latin_hypercube"\npoints = 50\n' + anywhere + "[ensemble]\nmembers = 16\n"
     (tmp_path / "truths.toml").write_text(text)
-    data = nanoslip.run(tmp_path / "truths.toml", jobs=2).squeeze()
+    data = nanoslip.run(tmp_path / "truths.toml").squeeze()
     x = np.column_stack([each.shares(data[each.name].values) for each in found.ranges])
     draw, held = np.random.default_rng(1), []
     numbers = [(name, share, points_named(data, name)) for name, share in (("plateau_mean", 0.02), ("mean_drop", 0.05))]
@@ -487,12 +487,12 @@ def test_the_set_holds_computed_truths_as_often_as_it_states(tmp_path: Path):
     The ± of a mean over starts is part of the measurement's. One start is a trace, which tells nothing of others.
     """
     (tmp_path / "stage.toml").write_text('design = "sobol"\n' + STAGE)
-    found = nanoslip.fit(tmp_path / "stage.toml", {"mu_s": (0.3, 0.006), "mu_k": (0.27, 0.003)}, jobs=2, points=64)
+    found = nanoslip.fit(tmp_path / "stage.toml", {"mu_s": (0.3, 0.006), "mu_k": (0.27, 0.003)}, points=64)
     anywhere = STAGE.replace("[numerics]", "start = {from = 0.0, to = 0.999}\n[numerics]")
     numbers = ("static_friction", 0.006), ("kinetic_friction", 0.003)
     for truths in (STAGE, anywhere.replace("members = 4", "members = 1")):
         (tmp_path / "truths.toml").write_text('design = "latin_hypercube"\npoints = 60\n' + truths)
-        data = nanoslip.run(tmp_path / "truths.toml", jobs=2).squeeze()
+        data = nanoslip.run(tmp_path / "truths.toml").squeeze()
         good = (data.validity_flags == 0) & data.static_friction.notnull() & data.kinetic_friction.notnull()
         data = data.isel(case=np.flatnonzero(good))
         x = np.column_stack([each.shares(data[each.name].values) for each in found.ranges])
