@@ -44,7 +44,7 @@ title = "Every second contact has a fault"
 stages = ["contact"]
 axes.normal_load = {LOADS}
 numerics.n_x = 17
-limits.seconds = 20.0
+limits.seconds = 8.0
 """
 
 
