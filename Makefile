@@ -14,7 +14,7 @@ SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8 --dist worksteal
 # Heavy tests, by one process more than there are cores: a fifth of their time they wait for what they have started.
 ONE_MORE = --numprocesses $(shell $(PYTHON) -c 'import os; print(1 + os.cpu_count())') --maxprocesses 8
 # Files with heavy tests: to import the others takes ten seconds. Those of the longest tests first, so that none is left alone at the end.
-LONGEST := tests/verification/test_coverage.py tests/test_site.py tests/study/run/test_faults.py
+LONGEST := tests/verification/test_coverage.py tests/study/inference/test_fit.py tests/test_site.py tests/study/run/test_faults.py tests/study/run/test_warm_up.py
 HEAVY = $(LONGEST) $(filter-out $(LONGEST),$(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.\(slow\|everyday\)' tests))
 
 .PHONY: run reproduce figures findings kernels other-kernels test test-arithmetic test-slow heavy slurm test-all mutants benchmarks hard docs dist lowest check format clean
