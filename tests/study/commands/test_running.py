@@ -2,8 +2,6 @@
 
 import json
 import os
-import subprocess
-import sys
 from dataclasses import replace
 
 import pytest
@@ -234,17 +232,6 @@ def test_a_full_disk_is_one_message_and_exit_code_2(run, out, monkeypatch):
     assert not (out / "results.nc").exists()
     assert not (out / "attempts.jsonl").exists()  # no fault of any task
     assert run()[0] == 0
-
-
-@pytest.mark.slow
-def test_a_rank_that_computes_loads_no_more_than_it_uses(environment):
-    program = (
-        "import sys; from pathlib import Path; from nanoslip.study.run.launch import task_program; "
-        "task_program(Path('nowhere')).load(); unused = 'xarray pydantic matplotlib rich pandas scipy.interpolate'; "
-        "print([name for name in unused.split() if name in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
 
 
 # The state of a campaign, counted from its files alone.
