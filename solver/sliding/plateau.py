@@ -247,6 +247,15 @@ def extreme_error(growth: Sequence[float]) -> float:
     return float(student(2)) * abs(float(np.mean(growth)))
 
 
+def repetition_error(growth: Sequence[float]) -> float:
+    """The part of the ± of a mean that all its starts share, as drives repeat records of one length; NaN for a single start.
+
+    growth: number of each drive less that over the first half of its record. The whole is the mean of both halves, so that this
+        is half of the change from half to half.
+    """
+    return _drift_error([2.0 * each for each in growth])
+
+
 def _drift_error(drifts: Sequence[float]) -> float:
     """Error of a mean by the part of its change from half to half that all starts share; NaN for a single start."""
     if len(drifts) < 2:

@@ -16,7 +16,13 @@ from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
 from nanoslip.solver.progress import part_of_progress
 from nanoslip.solver.sliding.coarsening import double_spacing
-from nanoslip.solver.sliding.plateau import event_drift_error, extreme_error, plateau_error, stress_error
+from nanoslip.solver.sliding.plateau import (
+    event_drift_error,
+    extreme_error,
+    plateau_error,
+    repetition_error,
+    stress_error,
+)
 from nanoslip.solver.sliding.statistics import node_error
 from nanoslip.study.origin import computing_origin, stemming
 from nanoslip.study.tasks.kind import (
@@ -287,13 +293,12 @@ def _shared_member_error(key: str, quantity: Quantity, members: Sequence[Member]
         step = math.fsum(member.node for member in having) / len(having)
         return node_error(np.array(finite), step)
     plateaus = [member.plateau for member in having if member.plateau]
-    if quantity.shared == "length":
-        halves = [member.halves.get(key, math.nan) for member in having]
-        differences = [value - half for value, half in zip(finite, halves, strict=True)]
-        return extreme_error(differences)
-    # Known to be none: a number that repetitions decide in some member has been NaN above.
-    if quantity.shared == "repetition":
-        return 0.0
+    if quantity.shared in ("length", "repetition"):
+        # A drive that repeats nothing has no half: its numbers owe nothing to the length of the record.
+        alone = finite if quantity.shared == "repetition" else [math.nan] * len(having)
+        halves = [member.halves.get(key, default) for member, default in zip(having, alone, strict=True)]
+        growth = [value - half for value, half in zip(finite, halves, strict=True)]
+        return extreme_error(growth) if quantity.shared == "length" else repetition_error(growth)
     if quantity.shared == "events":
         return event_drift_error(plateaus) * abs(math.fsum(finite)) / len(finite)
     error = stress_error if quantity.shared == "stress" else plateau_error

@@ -1,5 +1,6 @@
 """The motion of the driven pin over a case's friction records, and the numbers that are measured in it."""
 
+import math
 from contextlib import suppress
 from dataclasses import fields, replace
 from functools import lru_cache, partial
@@ -220,21 +221,25 @@ class Pulling:
             return Member((), error.outcome)
         fit = fit_stick_slip(motion, drive, record.normal_load) if self.task.fitted else None
         count = count_sticks(motion, drive)
-        critical, halves = None, dict[str, float]()
-        if self.task.critical:
-            critical = _critical(record, plateau, drive)
-            # Over half of the record once more: how far the number depends on the length of a record is its shared error.
+        repetitions = repetition_numbers(motion, count, plateau)
+        critical = _critical(record, plateau, drive) if self.task.critical else None
+        goes_beyond = pull is None and motion.position[-1] > plateau.end
+        # A single start has no ±, and that of a short record is not known.
+        is_repeated = goes_beyond and repeats(plateau) and self.task.ensemble.members > 1
+        halves = dict[str, float]()
+        if critical or is_repeated:
+            # How far a number depends on the length of a record is its shared error.
             half = record.first_half
             steady = plateau_of(half)
-            if steady.outcome.ok:
-                critical_of_half = _critical(half, steady, drive)
-                halves = {"critical_velocity": critical_of_half.critical_velocity}
+            if critical and steady.outcome.ok:
+                halves["critical_velocity"] = _critical(half, steady, drive).critical_velocity
+            if is_repeated:
+                halves |= _repeated_numbers(half, steady, replace(drive, duration=motion.end_time))
         # A longer drive would settle, unless it ended for another reason than its duration.
         longer = bool(count.unsettled) and ending_parameter(motion, drive) == "duration"
         remark = Outcome(Ending.COMPLETED, count.unsettled, longer)
         outcome = coefficients.outcome.adding(remark)
         values = (coefficients, fit, count, critical, motion, no_legs())
-        repetitions = repetition_numbers(motion, count, plateau)
         return Member(values, outcome, plateau=plateau, halves=halves, repetitions=repetitions)
 
     def _pull_to_and_fro(self, case: Case, recorded: Recorded, drive: Drive) -> Member:
@@ -267,7 +272,7 @@ def repetition_numbers(motion: DynamicsResult, count: StickSlipCount, plateau: P
     if not goes_beyond:
         return searched
     if not is_long:
-        return (*searched, "time_stuck", "spring_force_amplitude", "stick_slip_period")
+        return (*searched, *REPEATED)
     # Of a long record only the vibration of a pin that slides has the period of the repetition.
     return () if count.regime == "stick_slip" else ("spring_force_amplitude",)
 
@@ -277,6 +282,21 @@ def _critical(record: FrictionRecord, plateau: Plateau, drive: Drive) -> Critica
     from nanoslip.solver.dynamics.critical import critical_velocity  # noqa: PLC0415
 
     return critical_velocity(record, plateau, drive)
+
+
+REPEATED: Final = ("time_stuck", "spring_force_amplitude", "stick_slip_period")
+"""Numbers of a drive that follow from its record as it is repeated."""
+
+
+def _repeated_numbers(record: FrictionRecord, plateau: Plateau, drive: Drive) -> dict[str, float]:
+    """The numbers of a drive that follow from the repetition of a record; none if that has no steady part."""
+    from nanoslip.solver.dynamics.duration import measure_motion  # noqa: PLC0415
+
+    if not plateau.outcome.ok:
+        return dict.fromkeys(REPEATED, math.nan)
+    motion, _ = measure_motion(record, plateau, drive)
+    count = count_sticks(motion, drive)
+    return {name: getattr(count, name) for name in REPEATED}
 
 
 PAIRS: Final = 2

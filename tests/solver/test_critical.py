@@ -14,8 +14,9 @@ from nanoslip.solver.dynamics.critical import RESOLUTION, STRIDE, STRIDES, bound
 from nanoslip.solver.dynamics.duration import measure_motion
 from nanoslip.solver.dynamics.regime import SEARCHES, count_sticks
 from nanoslip.solver.ensemble import student
-from nanoslip.solver.sliding.plateau import extreme_error, teeth
+from nanoslip.solver.sliding.plateau import extreme_error, repetition_error, teeth
 from nanoslip.study.dataset.variables import missing_error_reasons
+from nanoslip.study.tasks.drive import REPEATED
 from tests.conftest import Main
 
 CASE = nanoslip.Case(radius=50.0, slab=nanoslip.Slab(n_x=65), max_presliding=4.0)
@@ -113,6 +114,25 @@ def test_of_a_short_record_it_has_no_error_and_of_a_longer_one_what_its_later_ha
     assert np.isnan(short.critical_velocity_uncertainty.item())
     assert "records shorter than two node spacings" in missing_error_reasons(short.squeeze(), ["critical_velocity"])
     assert short.peak_friction_uncertainty.item() > short.peak_friction_shared_error.item() >= 0.0
+
+
+def test_numbers_of_a_repeated_record_have_the_error_of_its_length() -> None:
+    """A pin locks to the pattern of a record as it is repeated, alike from all starts: half of the record has another pattern."""
+    assert repetition_error([0.2, 0.4]) == pytest.approx(student(2) * math.sqrt(0.3**2 - 0.1**2))
+    drives = [
+        {**CAMPAIGN["drives"][0], "name": name, "stage_velocity": speed}
+        for name, speed in (("fast", 1e-3), ("slow", 1e-4))
+    ]
+    found = nanoslip.run({**CAMPAIGN, "ensemble": {"members": 6}, "drives": drives}).squeeze()
+    assert set(found.regime.values) == {"stick_slip"}
+    goes_beyond = found.stage_velocity * found.end_time > 1e-3 * found.plateau_end
+    assert goes_beyond.sel(drive=["fast", "slow"]).values.tolist() == [True, False]
+    for name in REPEATED:
+        own, shared = found[f"{name}_uncertainty"], found[f"{name}_shared_error"]
+        assert (own > shared).all()
+        assert shared.sel(drive="slow") == 0.0
+    assert found.time_stuck_shared_error.sel(drive="fast") > 0.0
+    assert found.spring_force_amplitude_shared_error.sel(drive="fast") > 0.0
 
 
 @pytest.mark.slow
