@@ -221,9 +221,10 @@ class Pulling:
             return Member((), error.outcome)
         fit = fit_stick_slip(motion, drive, record.normal_load) if self.task.fitted else None
         count = count_sticks(motion, drive)
-        repetitions = repetition_numbers(motion, count, plateau)
-        critical = _critical(record, plateau, drive) if self.task.critical else None
+        # Over its contact a pin repeats no record.
         goes_beyond = pull is None and motion.position[-1] > plateau.end
+        repetitions = repetition_numbers(goes_beyond, count, plateau)
+        critical = _critical(record, plateau, drive) if self.task.critical else None
         # A single start has no ±, and that of a short record is not known.
         is_repeated = goes_beyond and repeats(plateau) and self.task.ensemble.members > 1
         halves = dict[str, float]()
@@ -261,12 +262,12 @@ class Pulling:
         return Member(values, strokes.outcome, plateau=plateau)
 
 
-def repetition_numbers(motion: DynamicsResult, count: StickSlipCount, plateau: Plateau) -> tuple[str, ...]:
-    """The numbers of a drive that the repetition of its record decides, where it goes beyond the record's end.
+def repetition_numbers(goes_beyond: bool, count: StickSlipCount, plateau: Plateau) -> tuple[str, ...]:
+    """The numbers of a drive that the repetition of its record decides. goes_beyond: true if it goes beyond the record's end.
 
     A pin that slides vibrates with the period of the repetition, however long the record is.
     """
-    goes_beyond, is_long = motion.position[-1] > plateau.end, repeats(plateau)
+    is_long = repeats(plateau)
     # The drives of a search for the critical velocity go as far as they need, also where this one does not.
     searched = () if is_long else ("critical_velocity",)
     if not goes_beyond:

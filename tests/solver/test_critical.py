@@ -135,6 +135,17 @@ def test_numbers_of_a_repeated_record_have_the_error_of_its_length() -> None:
     assert found.spring_force_amplitude_shared_error.sel(drive="fast") > 0.0
 
 
+def test_a_pin_over_its_contact_repeats_no_record() -> None:
+    """With `memory` the length of the record decides nothing: a short one leaves ± as it is."""
+    drive = {**CAMPAIGN["drives"][0], "stage_velocity": 1e-3, "duration": 0.25}
+    short = {**CAMPAIGN, "limits": {"presliding": 4}}
+    found, repeating = (nanoslip.run({**short, "drives": [{**drive, "memory": memory}]}) for memory in (True, False))
+    for name in REPEATED:
+        assert found[f"{name}_uncertainty"].item() > 0.0
+        assert found[f"{name}_shared_error"].item() == 0.0
+    assert np.isnan(repeating.time_stuck_uncertainty.item())
+
+
 @pytest.mark.slow
 def test_try_states_the_critical_velocity_with_its_unit(main: Main) -> None:
     words = ("radius=50", "n_x=17", "spacings=2.2", "members=2", "spring_stiffness=3e6", "samples=1", "fit=false")
