@@ -33,22 +33,6 @@ from tests.study.run.made_up import Work
 from tests.study.run.matrix import PLACES
 
 SOUND = tuple(Work(f"sound {number}") for number in range(19))
-EVERYDAY = (
-    *("exception", "result None", "segmentation fault", "fork of which both return"),
-    *("death before what it started", "file descriptors used up", "no quota for its result"),
-)
-
-
-@pytest.mark.slow
-def test_faults_cost_their_own_tasks(tmp_path):
-    tasks = [each for fault in EVERYDAY for each in (faults.work(fault), Work(f"sound {fault}", limit=60.0))]
-    tally, reported, failed = computed(faults.program(tmp_path), [*tasks, Work("after", ("exception",))], 2)
-    failures = {fault for fault in EVERYDAY if FAULTS[fault].ending is not Ending.COMPLETED}
-    assert [fault for fault in EVERYDAY if not FAULTS[fault].matches(reported[fault])] == []
-    assert tally == RunTally(done=2 * len(EVERYDAY) - len(failures), crashed=len(failures) + 1)
-    assert reported["after"].ending is Ending.NEEDS_FAILED
-    assert {key for key, _ in failed} == failures
-    assert all(done.where.host for _, done in failed)
 
 
 @pytest.mark.slow
