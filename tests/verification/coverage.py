@@ -204,8 +204,10 @@ def verdicts(number: int, most: float | None = None, draw: Draw = "sliding") -> 
         stated, its = (float(each[f"{name}_uncertainty"]) for each in (found, true))
         if math.isclose(value, truth, rel_tol=1e-9) and math.isnan(stated):  # all starts agree
             continue
-        # The truth is known to its own ±, where that is; if not, to nothing that would excuse an error.
-        both = math.hypot(stated, its if math.isfinite(its) else 0.0)
+        # Without a ± of its own it is no truth: some of its starts ended early, and the others are no fair sample.
+        if math.isfinite(stated) and math.isnan(its):
+            continue
+        both = math.hypot(stated, its)
         error = value - truth
         yield Verdict(name, scene.sort, number, error / abs(truth or 1.0), error / both, bool(doubts & DOUBTFUL))
 
