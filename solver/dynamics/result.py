@@ -146,13 +146,15 @@ _MEANINGS: Final = "; ".join(f"{word}: {meaning}" for word, meaning in LEG_WORDS
 
 def _energy(meaning: str, comment: str) -> Any:
     """Declare an energy of a cycle."""
-    return quantity(meaning, ensemble=True, comment=f"{comment}; mean over all cycles but the first", **ENERGY)
+    return quantity(
+        meaning, ensemble=True, shared="repetition", comment=f"{comment}; mean over all cycles but the first", **ENERGY
+    )
 
 
 def _length(meaning: str, comment: str) -> Any:
     """Declare a length of a stroke."""
     si = Quantity("", meaning, "m", "length")
-    return quantity(meaning, ensemble=True, comment=comment, si=si, measure="L_x")
+    return quantity(meaning, ensemble=True, shared="repetition", comment=comment, si=si, measure="L_x")
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +171,7 @@ class StageLoops:
     midstroke_friction: float = quantity(
         "friction at mid-stroke over load",
         ensemble=True,
+        shared="repetition",
         per="normal_load",
         symbol="F/W",
         comment="mean over the middle eighth of the time of a leg; NaN if the pin does not slide by then: "
@@ -177,12 +180,17 @@ class StageLoops:
     turn_static_friction: float = quantity(
         "static friction after a turn",
         ensemble=True,
+        shared="repetition",
         per="normal_load",
         symbol="μ_s",
         comment="force of spring and damper in the first macroscopic slip of a leg, mean over the legs that have one",
     )
     friction_offset: float = quantity(
-        "mean friction force of a cycle over load", ensemble=True, per="normal_load", comment="0 of a symmetric loop"
+        "mean friction force of a cycle over load",
+        ensemble=True,
+        shared="repetition",
+        per="normal_load",
+        comment="0 of a symmetric loop",
     )
     pin_stroke: float = _length("stroke of the pin", "end to end, mean over legs")
     sliding_stroke: float = _length(
@@ -192,12 +200,14 @@ class StageLoops:
     stage_closure: float = quantity(
         "gap between the last two loops",
         ensemble=True,
+        shared="repetition",
         per="normal_load",
         comment="largest difference of the spring force at one place of the stage, over load; 0 of a loop that closes",
     )
     turn_delay: float = quantity(
         "delay of the pin's turn",
         ensemble=True,
+        shared="repetition",
         comment="from the stage's turn to the pin's, as a share of a leg's time",
     )
     leg_regime: LegWord = quantity("motion of the pin on most legs", comment=_MEANINGS, words=tuple(get_args(LegWord)))

@@ -258,8 +258,12 @@ class Pulling:
             strokes = measure_strokes(record, plateau, drive, pull)
         except SolverError as error:
             return Member((), error.outcome)
+        halves = dict[str, float]()
+        # Over its contact a pin repeats no record, and a single start has no ±.
+        if pull is None and self.task.ensemble.members > 1:
+            halves = _loops_over(record.first_half, drive)
         values = (strokes.motion, strokes.loops, strokes.legs)
-        return Member(values, strokes.outcome, plateau=plateau)
+        return Member(values, strokes.outcome, plateau=plateau, halves=halves)
 
 
 def repetition_numbers(goes_beyond: bool, count: StickSlipCount, plateau: Plateau) -> tuple[str, ...]:
@@ -298,6 +302,18 @@ def _repeated_numbers(record: FrictionRecord, plateau: Plateau, drive: Drive) ->
     motion, _ = measure_motion(record, plateau, drive)
     count = count_sticks(motion, drive)
     return {name: getattr(count, name) for name in REPEATED}
+
+
+def _loops_over(record: FrictionRecord, drive: Drive) -> dict[str, float]:
+    """The numbers of the cycles of a stage over a record that it repeats, NaN if that has no steady part."""
+    from nanoslip.solver.dynamics.to_and_fro import measure_strokes  # noqa: PLC0415
+
+    names = [name for name, stated in quantities(StageLoops).items() if stated.shared]
+    try:
+        loops = measure_strokes(record, plateau_of(record), drive).loops
+    except SolverError:
+        return dict.fromkeys(names, math.nan)
+    return {name: getattr(loops, name) for name in names}
 
 
 PAIRS: Final = 2

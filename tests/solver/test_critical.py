@@ -135,6 +135,19 @@ def test_numbers_of_a_repeated_record_have_the_error_of_its_length() -> None:
     assert found.spring_force_amplitude_shared_error.sel(drive="fast") > 0.0
 
 
+def test_numbers_of_a_stage_to_and_fro_have_the_error_of_the_record_that_it_repeats() -> None:
+    """Each leg goes on along the same record; over the contact itself it meets none twice."""
+    drive = {**CAMPAIGN["drives"][0], "stage_velocity": 1e-3, "stage_stroke": "0.05 mm", "stage_cycles": 3}
+    drive.pop("duration", None)
+    drives = [{**drive, "name": name, "memory": memory} for name, memory in (("record", False), ("contact", True))]
+    found = nanoslip.run({**CAMPAIGN, "ensemble": {"members": 3}, "drives": drives}).squeeze()
+    for name in ("damper_energy", "sliding_stroke"):
+        own, shared = found[f"{name}_uncertainty"], found[f"{name}_shared_error"]
+        assert (own > shared).all()
+        assert shared.sel(drive="record") > 0.0
+        assert shared.sel(drive="contact") == 0.0
+
+
 def test_a_pin_over_its_contact_repeats_no_record() -> None:
     """With `memory` the length of the record decides nothing: a short one leaves ± as it is."""
     drive = {**CAMPAIGN["drives"][0], "stage_velocity": 1e-3, "duration": 0.25}
