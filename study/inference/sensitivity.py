@@ -101,7 +101,9 @@ class SharedStarts:
     def common_part(self, errors: Floats) -> Floats:
         """The part of each ± (n,) that it has in common with others: none of a case that is alone in its set."""
         is_alone = np.bincount(self.sets)[self.sets] == 1
-        return np.where(is_alone, 0.0, math.sqrt(self.share) * errors)
+        part = np.where(is_alone, 0.0, math.sqrt(self.share))
+        # An infinite ± without a common part has none.
+        return np.multiply(part, errors, where=part > 0.0, out=np.zeros(len(errors)))
 
     def draw(self, errors: Floats, random: np.random.Generator) -> Floats:
         """Draw errors of these standard deviations (n,)."""
