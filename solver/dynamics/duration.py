@@ -101,6 +101,8 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float, mos
     rings = ringing_time(drive) if drive.damping_ratio else 0.0  # without a damper it may still stick later
     one_pass = limit.period / drive.stage_velocity
     teeth = len(limit.force) - first
+    if not rings / one_pass <= most:
+        return True  # each pass takes more than one segment; a damper may be too weak for its ringing to have a length
     growing = math.ceil(rings / one_pass)
     grown = arrives + growing * one_pass
     forgets = grown + one_pass + rings
