@@ -46,9 +46,9 @@ _SHARED: Final = {
     "two node spacings: events come in bursts that all members may miss",
     "length": "part of ± that more members do not reduce: what the later half of the record adds, as longer ones reach more; of "
     "drives NaN, as ±, over records shorter than two node spacings",
-    "repetition": "part of ± that more members do not reduce, where the drive repeats its record: the number depends on how long "
-    "that is, as half of it shows; NaN, as ±, where that is shorter than two node spacings, and of the amplitude of a pin that "
-    "slides, which is that of the repetition",
+    "repetition": "part of ± that more members do not reduce, where the drive repeats its record: the number depends on the "
+    "length of that, as half of it shows; if the stage keeps its direction NaN, as ±, where the record is shorter than two node "
+    "spacings, and of the amplitude of a pin that slides, which is that of the repetition",
 }
 _KEY: Final = "quantity"
 

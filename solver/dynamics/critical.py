@@ -15,7 +15,7 @@ from dataclasses import replace
 from typing import Final, NamedTuple
 
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.duration import measure_motion
+from nanoslip.solver.dynamics.duration import FORGETTING, measure_motion
 from nanoslip.solver.dynamics.friction_limit import make_friction_limit
 from nanoslip.solver.dynamics.regime import CriticalVelocity, Regime, Search, count_sticks
 from nanoslip.solver.outcome import InvalidInput
@@ -28,8 +28,6 @@ STRIDE: Final = 2.0
 """Factor from one velocity down to the next. Narrower windows in which the pin sticks may be missed."""
 STRIDES: Final = 14
 """Strides down: a factor of 16,000."""
-PATIENCE: Final = 500_000
-"""Segments of a drive: next to the border, one of no certain regime counts as what it has been for so long."""
 RESOLUTION: Final = 1.02
 """Largest ratio of the ends of a bracket whose middle is the critical value."""
 
@@ -48,9 +46,10 @@ def critical_velocity(record: FrictionRecord, plateau: Plateau, drive: Drive) ->
             changed = replace(bare, stage_velocity=velocity)
         except InvalidInput:  # beyond the range of a drive
             return None
-        motion, _ = measure_motion(record, plateau, changed, patience=PATIENCE)
-        its_own = replace(motion, forgotten_from=0.0)
-        regime = count_sticks(its_own, changed).regime
+        # Next to the border a regime that is not certain within these segments counts as the motion's own.
+        motion, _ = measure_motion(record, plateau, changed, patience=FORGETTING)
+        judged = replace(motion, forgotten_from=0.0)
+        regime = count_sticks(judged, changed).regime
         return None if regime is None else regime in STICKING
 
     # Beyond critical damping there is no half period to decay in; the bound for 1 holds all the more.

@@ -28,9 +28,7 @@ from nanoslip.solver.sliding.record import FrictionRecord
 DOUBLINGS: Final = 5
 """Number of times that a drive's duration is doubled before its numbers are given up."""
 FORGETTING: Final = 500_000
-"""Segments of a drive that goes on for its amplitude alone: 20 ms, about what the fit of Eq. 16-19 takes."""
-
-
+"""Segments of a drive that goes on for its amplitude alone, or in a search for V_c: 20 ms, as the fit of Eq. 16-19."""
 FEWEST_SLIPS: Final = 8
 """Fewest slips after the first whose strongest and weakest show how they scatter."""
 

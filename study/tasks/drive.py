@@ -294,12 +294,13 @@ REPEATED: Final = ("time_stuck", "spring_force_amplitude", "stick_slip_period")
 
 
 def _repeated_numbers(record: FrictionRecord, plateau: Plateau, drive: Drive) -> dict[str, float]:
-    """The numbers of a drive that follow from the repetition of a record; none if that has no steady part."""
+    """The numbers of a drive that follow from the repetition of a record, NaN if that has no steady part."""
     from nanoslip.solver.dynamics.duration import measure_motion  # noqa: PLC0415
 
-    if not plateau.outcome.ok:
+    try:
+        motion, _ = measure_motion(record, plateau, drive)
+    except SolverError:
         return dict.fromkeys(REPEATED, math.nan)
-    motion, _ = measure_motion(record, plateau, drive)
     count = count_sticks(motion, drive)
     return {name: getattr(count, name) for name in REPEATED}
 
